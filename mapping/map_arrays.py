@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BufferedReader
@@ -114,6 +115,30 @@ def read_arrays(path: Path, size: int, sha256: str, *, has_places: bool) -> dict
             raise ValueError("it has another checksum")
     require_arrays(arrays, has_places=has_places)
     return arrays
+
+
+def read_array(path: Path, size: int, name: str, *, has_places: bool) -> NDArray[Any]:
+    """Read one array of a map and check it by itself; the rest of the file is not read.
+
+    Args:
+        path: Of `map.safetensors`.
+        size: Its size [bytes], as the map's header has it.
+        name: Group and column.
+        has_places: Whether places and statistics are among the arrays.
+
+    Raises:
+        OSError: it cannot be read, is larger than any map, or is no regular file.
+        ValueError: it is not of that size, or the array is not what it must be.
+    """
+    unused = hashlib.sha256()
+    with open_regular(path, MOST_BYTES) as file:
+        for array, shape in _read_layout(file, size, unused, _table(has_places)):
+            if array.name == name:
+                content = _read(file, array, shape, unused)
+                _require_range(array, content)
+                return content
+            file.seek(math.prod(shape) * np.dtype(array.dtype).itemsize, os.SEEK_CUR)
+    raise ValueError(f"there is no {name}")
 
 
 def require_arrays(arrays: Mapping[str, NDArray[Any]], *, has_places: bool) -> None:

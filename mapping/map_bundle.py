@@ -7,7 +7,6 @@ arrays). Points and frames are anchored to keyframes, whose poses alone give the
 from __future__ import annotations
 
 import hashlib
-import logging
 import os
 import shutil
 from contextlib import suppress
@@ -35,16 +34,17 @@ from mapping.keyframes.anchors import (
 )
 from mapping.map_arrays import (
     MOST_BYTES,
+    read_array,
     read_arrays,
     require_arrays,
     require_extent,
     require_places_extent,
 )
+from mapping.map_folder import previous_folder, readable_folder, real_folder, sync_folder
 from mapping.map_header import (
     FORMAT,
     HEADER,
     MOST_HEADER_BYTES,
-    REMEDY,
     SCHEMA_VERSION,
     TENSORS,
     MapHeader,
@@ -57,8 +57,6 @@ from mapping.older_places import place_rows_of
 from vizbot.core.errors import MapError
 from vizbot.core.files import require_folder
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
-
-log = logging.getLogger(__name__)
 
 if TYPE_CHECKING:  # the protocol's module loads torch
     from mapping.clip.encoder import TextEncoder
@@ -163,7 +161,7 @@ def require_map_folder(folder: Path) -> None:
         MapError: `folder` is neither new, nor empty, nor a map.
     """
     try:
-        real = _real(folder)
+        real = real_folder(folder)
         new = not real.exists() and not real.is_symlink()  # as a loop of links is
         if new or not any(real.iterdir()) or is_map(real):
             return
@@ -179,7 +177,7 @@ def require_savable(folder: Path) -> None:
         MapError: it is neither new, nor empty, nor a map, or cannot be made or replaced.
     """
     require_map_folder(folder)
-    real = _real(folder)
+    real = real_folder(folder)
     try:
         require_folder(real.parent if real.exists() else real)
     except OSError as error:
@@ -196,7 +194,7 @@ def require_outside_maps(path: Path) -> None:
     Raises:
         MapError: the file that is to be written would be there.
     """
-    folder = _real(path).parent
+    folder = real_folder(path).parent
     if (folder / HEADER).exists() and (folder / TENSORS).exists():
         raise MapError(f"{path} would be in the map {folder}; give a file outside of it")
 
@@ -209,7 +207,7 @@ def save(bundle: MapBundle, folder: Path) -> None:
             map; an old one is left as it is.
     """
     require_map_folder(folder)
-    folder = _real(folder)
+    folder = real_folder(folder)
     try:
         header, tensors = _packed(bundle)
     except ValueError as error:
@@ -219,18 +217,18 @@ def save(bundle: MapBundle, folder: Path) -> None:
             " the camera's calibration, depth and stamps, and begin a new map"
         ) from error
     partial = folder.with_name(f".{folder.name}.partial")
-    previous = _previous(folder)
+    previous = previous_folder(folder)
     try:
         shutil.rmtree(partial, ignore_errors=True)
         partial.mkdir(parents=True)
         _write_through(partial / TENSORS, tensors)
         _write_through(partial / HEADER, header)
-        _sync(partial)
+        sync_folder(partial)
         if folder.exists():
             shutil.rmtree(previous, ignore_errors=True)
             folder.rename(previous)
         partial.rename(folder)
-        _sync(folder.parent)
+        sync_folder(folder.parent)
         shutil.rmtree(previous, ignore_errors=True)
     except OSError as error:
         raise _unwritable(folder, error) from error
@@ -244,7 +242,7 @@ def save(bundle: MapBundle, folder: Path) -> None:
 def find_map(folder: Path) -> Path:
     """The folder of a map: itself, or `map` in it where it is the folder of a run."""
     in_run = folder / "map"
-    holds = (in_run / HEADER).exists() or _previous(in_run).is_dir()
+    holds = (in_run / HEADER).exists() or previous_folder(in_run).is_dir()
     return in_run if holds and not (folder / HEADER).exists() else folder
 
 
@@ -256,16 +254,7 @@ def load(folder: Path) -> MapBundle:
     Raises:
         MapError: there is no map, it has another schema, or it is damaged.
     """
-    previous = _previous(_real(folder))
-    try:
-        if not folder.is_dir() and previous.is_dir():
-            log.warning("%s was not replaced to the end: the map before is read", folder)
-            folder = previous
-        found = folder.is_dir()
-    except OSError as error:
-        raise MapError(f"no map at {folder}: {error.strerror}") from error
-    if not found:
-        raise MapError(f"no map at {folder}: {REMEDY}")
+    folder = readable_folder(folder)
     header = read_header(folder)
     try:
         arrays = read_arrays(
@@ -310,6 +299,24 @@ def load(folder: Path) -> MapBundle:
     if header.counts != counts:
         raise damaged(folder, HEADER, ValueError("its counts are not those of the arrays"))
     return bundle
+
+
+def load_grid(folder: Path) -> OccupancyGrid:
+    """Read the obstacle map of a saved map, with its zones, and nothing else of it.
+
+    Raises:
+        MapError: there is no map, it has another schema, or this part of it is damaged.
+    """
+    folder = readable_folder(folder)
+    header = read_header(folder)
+    try:
+        occupancy = read_array(
+            folder / TENSORS, header.tensors_size, "grid.occupancy", has_places=header.has_places
+        )
+    except (OSError, ValueError, MemoryError) as error:
+        raise damaged(folder, TENSORS, error) from error
+    zones = tuple(np.array(zone, np.float32) for zone in header.keep_out)
+    return OccupancyGrid(occupancy, header.grid_resolution, np.array(header.grid_origin), zones)
 
 
 def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
@@ -370,15 +377,6 @@ def _write_through(path: Path, content: bytes) -> None:
         os.fsync(file.fileno())
 
 
-def _sync(folder: Path) -> None:
-    """Flush a folder, so that new and renamed files in it survive a power cut."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def _counts(bundle: MapBundle) -> dict[str, int]:
     return {
         "keyframes": len(bundle.keyframes.ids),
@@ -387,13 +385,3 @@ def _counts(bundle: MapBundle) -> dict[str, int]:
         "cloud": len(bundle.cloud.keyframes),
         "trajectory": len(bundle.trajectory.stamps),
     }
-
-
-def _real(folder: Path) -> Path:
-    """The folder that a chain of links leads to; in a loop it is one of the links."""
-    return Path(os.path.realpath(folder))
-
-
-def _previous(folder: Path) -> Path:
-    """Where the previous map is kept while a new one replaces it."""
-    return folder.with_name(f".{folder.name}.previous")

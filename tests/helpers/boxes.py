@@ -64,3 +64,35 @@ def stairwell(T_map_cam, rng=None) -> np.ndarray:
     if rng is not None:
         depth += 0.003 * depth**2 * rng.standard_normal(depth.shape)
     return depth.astype(np.float32)
+
+
+ASKEW_MIDDLE = np.array([5.0, 5.0])
+_SIZE = np.array([7.0, 4.5])
+_THICKNESS = 0.1
+
+
+def _axes(angle):
+    """Directions along the longer and the shorter walls, counterclockwise."""
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+
+
+def askew_room(angle, seen=1.0):
+    """A rectangular room.
+
+    Args:
+        angle: Direction of its longer walls, counterclockwise from x [rad].
+        seen: Share of it that is known, from its left end on.
+    """
+    cells = np.stack(np.meshgrid(np.arange(200), np.arange(200)), axis=-1)
+    offsets = np.abs(turned := ((cells + 0.5) * 0.05 - ASKEW_MIDDLE) @ _axes(angle).T)
+    room = (offsets < _SIZE / 2).all(axis=-1)
+    floor = (offsets < _SIZE / 2 - _THICKNESS).all(axis=-1)
+    occupancy = np.where(floor, 0.1, np.where(room, 0.9, 0.5))
+    occupancy[turned[..., 0] > (seen - 0.5) * _SIZE[0]] = 0.5
+    return OccupancyGrid(occupancy.astype(np.float32), 0.05, np.zeros(2))
+
+
+def askew_corners(angle):
+    """The corners of its floor (4, 2) x, y in `map` [m], counterclockwise."""
+    signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    return ASKEW_MIDDLE + signs * (_SIZE / 2 - _THICKNESS) @ _axes(angle)

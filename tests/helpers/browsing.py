@@ -5,6 +5,8 @@ import shutil
 import time
 from contextlib import ExitStack, contextmanager
 
+import httpx
+import numpy as np
 import pytest
 
 PATIENCE = 30.0
@@ -68,3 +70,53 @@ def stand_in(page, path, answer):
     """
     address = re.compile(rf"{path}(\?|$)")
     page.route(address, lambda route: route.fulfill(json=answer(route.request)))
+
+
+class MapPicture:
+    """The picture of the map on a page.
+
+    Attributes:
+        pixel: What one of its pixels is on the floor [m].
+    """
+
+    def __init__(self, page, server):
+        says(page, "#zones-open", "Keep-out zones")
+        until(page, lambda: httpx.get(f"{server.url}/state").json()["map_view"] is not None)
+        page.locator("#overlay[viewBox]").wait_for()
+        self._page, self._server = page, server
+        self.update()
+
+    def update(self):
+        """Read again how the map lies in the picture."""
+        self._view = httpx.get(f"{self._server.url}/state").json()["map_view"]
+        self.pixel = self._view["metres_per_pixel"]
+
+    @property
+    def turn(self):
+        """Direction of its rows on the floor [rad]."""
+        return self._view["turn"]
+
+    def on_page(self, column, row):
+        """Where a pixel of the whole picture is on the page, enlarged or not."""
+        self._page.locator("#map").scroll_into_view_if_needed()
+        box = self._page.locator("#map img").bounding_box()
+        return (
+            box["x"] + column / self._view["width"] * box["width"],
+            box["y"] + row / self._view["height"] * box["height"],
+        )
+
+    def on_floor(self, column, row):
+        """The place x, y in `map` that a pixel of the whole picture shows [m]."""
+        up = self._view["height"] - row
+        return np.array(self._view["corner"]) + self.along(column * self.pixel, up * self.pixel)
+
+    def along(self, right, up):
+        """A way to the right and up in the picture, on the floor [m]."""
+        cos, sin = np.cos(self.turn), np.sin(self.turn)
+        return np.array([cos * right - sin * up, sin * right + cos * up])
+
+    def seen_at(self, x, y):
+        """The place that is seen at a point of the page [m]."""
+        box = self._page.locator("#map img").bounding_box()
+        share = np.array([(x - box["x"]) / box["width"], (y - box["y"]) / box["height"]])
+        return self.on_floor(*share * [self._view["width"], self._view["height"]])

@@ -2,11 +2,14 @@
 
 import threading
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 
+from mapping.clip.scores import Query
 from tests.helpers.bundles import bundle_of
 from tests.helpers.roomba_rig import DEADLINE
+from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure
@@ -21,6 +24,7 @@ from vizbot.core.types import (
     RGBDFrame,
     Tracking,
 )
+from vizbot.objectnav.tasks import Goal
 from vizbot.operator.session.session import OperatorSession
 
 _PERIOD = 0.02
@@ -39,9 +43,17 @@ class HeldMap:
         self.keep_out = ()
         self.begun = []
         self.refuted = 0
+        self.map = SimpleNamespace(number=0)
+        self.config = Config()
 
     def bundle(self):
         return replace(bundle_of(), keep_out=self.keep_out)
+
+    def goal(self, text):
+        return Goal(text, np.full(4, 0.5, np.float32), 0.3)
+
+    def question(self, goal):
+        return Query(goal.embedding, (1.0, -30.0))  # nothing is like it
 
     def require_usable(self, kept):
         """Any map is."""
@@ -118,7 +130,11 @@ class WatchedRobot:
 
     def grow(self):
         """It has seen all of its grid."""
-        self._grid = replace(self._grid, occupancy=np.full_like(self._grid.occupancy, 0.1))
+        self.see(replace(self._grid, occupancy=np.full_like(self._grid.occupancy, 0.1)))
+
+    def see(self, grid):
+        """This is its obstacle map from now on."""
+        self._grid = grid
 
     def arrive(self, text, picture=None):
         """It is asked for something and has arrived there, of which this JPEG is the picture."""

@@ -183,6 +183,12 @@ TABLE = """
     map query home | 'text' | --help
     map query torn sofa | torn is damaged | build it again
     map query foreign sofa | 'another' | ViT-B/32
+    map list home | (home) | --help
+    map rename home | 'NEW' | --help
+    map rename ../a b | '../a' | letters, digits
+    map rename attic b | 'attic' | those that there are
+    map delete attic | 'attic' | those that there are
+    map delete a/b --yes | 'a/b' | letters, digits
     map query home sofa --clip nosuch | 'nosuch' | ViT-B/32
     map query home sofa --method magic | --method magic | 'belief', 'paper'
     map query home sofa --config low.toml | mount.height = -1 | greater than 0

@@ -4,46 +4,19 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.helpers.browsing import says, stand_in, understood, until
+from tests.helpers.browsing import MapPicture, says, stand_in, understood, until
 from vizbot.core.observer import Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
 
 CORNERS = (120, 240), (300, 150)
 """Column, row of two corners in the picture of the map."""
+SCROLLED = "document.getElementById('page').scrollTop"
 CORRIDOR = [[0.5, 0.5], [1.5, 0.5], [1.5, 3.0]]
-
-
-class Picture:
-    """The picture of the map on a page.
-
-    Attributes:
-        pixel: What one of its pixels is on the floor [m].
-    """
-
-    def __init__(self, page, server):
-        says(page, "#zones-open", "Keep-out zones")
-        until(page, lambda: httpx.get(f"{server.url}/state").json()["map_view"] is not None)
-        self._view = httpx.get(f"{server.url}/state").json()["map_view"]
-        self._map = page.locator("#map")
-        page.locator("#overlay[viewBox]").wait_for()
-        self.pixel = self._view["metres_per_pixel"]
-
-    def on_page(self, column, row):
-        self._map.scroll_into_view_if_needed()
-        box = self._map.bounding_box()
-        return (
-            box["x"] + column / self._view["width"] * box["width"],
-            box["y"] + row / self._view["height"] * box["height"],
-        )
-
-    def on_floor(self, column, row):
-        up = self._view["height"] - row
-        return np.array(self._view["corner"]) + np.array([column, up]) * self.pixel
 
 
 @pytest.fixture
 def picture(page, server):
-    return Picture(page, server)
+    return MapPicture(page, server)
 
 
 def tasks(robot):
@@ -148,9 +121,9 @@ def test_a_zone_is_drawn_with_a_finger_and_the_page_stays_where_it_is(open_page,
     phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
     page = open_page(server.url, **phone)
     page.get_by_role("button", name="Map", exact=True).tap()
-    picture = Picture(page, server)
+    picture = MapPicture(page, server)
     page.get_by_role("button", name="Keep-out zones").tap()
-    before = page.evaluate("scrollY")
+    before = page.evaluate(SCROLLED)
     touch = page.context.new_cdp_session(page)
     (x, y), (to_x, to_y) = (picture.on_page(*corner) for corner in CORNERS)
     for kind, points in (
@@ -164,7 +137,7 @@ def test_a_zone_is_drawn_with_a_finger_and_the_page_stays_where_it_is(open_page,
     says(page, "#zones", "Zone 1")
     (zone,) = robot.pipeline.keep_out
     assert spans(zone, [picture.on_floor(*corner) for corner in CORNERS], 2 * picture.pixel)
-    assert page.evaluate("scrollY") == before
+    assert page.evaluate(SCROLLED) == before
     assert page.complaints == []
 
 

@@ -1,9 +1,19 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from tests.helpers.boxes import askew_corners, askew_room
 from tests.helpers.served import scored, step
-from vizbot.operator.figures.panels import TILE, MapView, candidates, panel
+from vizbot.core.geometry import planar
+from vizbot.operator.figures.panels import (
+    THUMBNAIL,
+    TILE,
+    MapView,
+    candidates,
+    panel,
+    thumbnail,
+)
 
 NO_TRACK = np.zeros((0, 2))
 
@@ -100,3 +110,69 @@ def test_what_is_driven_to_is_a_green_disc_in_its_ring():
     red, green, blue = picture[row, column]
     assert green > red + 60 and green > blue + 60
     assert picture[row, column - 8, 2] > picture[row, column - 8, 0] + 60
+
+
+def in_room(angle):
+    """A step in a room whose walls lie askew."""
+    grid = askew_room(angle)
+    return replace(step(0), grid=grid, T_map_base=planar(4.0, 5.5, angle))
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5, -0.7])
+def test_a_turned_map_has_its_walls_upright_and_all_of_it_inside(angle):
+    shown = in_room(angle)
+    view = MapView.from_step(shown, angle)
+    lower_left, lower_right, upper_right, upper_left = view.pixels(askew_corners(angle))
+    assert abs(lower_left[1] - lower_right[1]) <= 1 and abs(upper_left[1] - upper_right[1]) <= 1
+    assert abs(lower_left[0] - upper_left[0]) <= 1 and abs(lower_right[0] - upper_right[0]) <= 1
+    assert lower_left[0] < lower_right[0] and upper_left[1] < lower_left[1]
+    picture = panel("obstacle map", shown, NO_TRACK, angle)
+    dark = picture.max(axis=2) < 100
+    rows, columns = np.nonzero(dark)
+    assert abs(columns.min() - lower_left[0]) < 12 and abs(columns.max() - lower_right[0]) < 12
+    assert abs(rows.min() - upper_left[1]) < 12 and abs(rows.max() - lower_left[1]) < 12
+    assert dark[rows.min() + 2, lower_left[0] + 5 : lower_right[0] - 5].all()
+    assert dark.any(axis=0)[[0, -1]].sum() == dark.any(axis=1)[[0, -1]].sum() == 0
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5, -0.7])
+def test_a_pixel_of_a_turned_map_and_its_place_belong_together(angle):
+    shown = in_room(angle)
+    view = MapView.from_step(shown, angle)
+    picture = panel("obstacle map", shown, NO_TRACK, angle)
+    column, row = view.pixels(shown.T_map_base[:2, 3])
+    around = picture[row - 20 : row + 21, column - 20 : column + 21].astype(int)
+    assert (around[..., 0] - around[..., 1] > 100).sum() > 20
+    back = view.corner + np.array([column, TILE[1] - row]) / view.scale @ view.axes
+    np.testing.assert_allclose(back, shown.T_map_base[:2, 3], atol=1.0 / view.scale)
+    wall = (askew_corners(angle)[0] + askew_corners(angle)[1]) / 2 - 0.05 * view.axes[1]
+    assert colour_at(picture, view, wall).max() < 100
+    assert colour_at(picture, view, wall + 0.4 * view.axes[1]).min() > 240
+
+
+def test_a_robot_that_looks_along_the_walls_points_along_the_picture():
+    shown = in_room(0.5)
+    view = MapView.from_step(shown, 0.5)
+    plain = panel("obstacle map", shown, NO_TRACK, 0.5).astype(int)
+    column, row = view.pixels(shown.T_map_base[:2, 3])
+    tip = round(0.28 * view.scale)
+    reds = plain[..., 0] - plain[..., 1] > 100
+    assert reds[row - 1 : row + 2, column + tip].any()
+    assert not reds[row - 1 : row + 2, column - tip].any()
+
+
+def test_the_likeness_is_turned_as_the_map_is():
+    shown = scored(in_room(0.5), [[5.0, 4.2, 0.0], [6.0, 5.0, 0.0]], [0.9, 0.02], 0.4)
+    picture, view = panel("likeness", shown, NO_TRACK, 0.5), MapView.from_step(shown, 0.5)
+    red, green, blue = colour_at(picture, view, [6.0, 5.0])
+    assert max(red, green, blue) - min(red, green, blue) < 60
+    hot = colour_at(picture, view, [5.15, 4.05])
+    assert hot[0] > hot[2] + 40
+
+
+def test_a_saved_map_is_small_and_upright():
+    picture = thumbnail(askew_room(0.5)).astype(int)
+    assert picture.shape == (THUMBNAIL[1], THUMBNAIL[0], 3)
+    dark = picture.max(axis=2) < 150
+    rows, columns = np.nonzero(dark)
+    assert dark[rows.min() + 1 : rows.max(), columns.min() + 1].mean() > 0.9

@@ -11,8 +11,13 @@ from vizbot.cli.flags import with_options
 from vizbot.commands.options import JsonOption, MapBuildOptions, MapQueryOptions
 from vizbot.core.garbage import collecting_afterwards
 
+SavedName = Annotated[
+    str, typer.Argument(metavar="NAME", help="Of a saved map, as `vizbot map list` shows it.")
+]
+
 map_app = typer.Typer(
-    help="Build maps from recordings, ask them, export them.", no_args_is_help=True
+    help="Build maps from recordings, ask them, export them; keep those that were saved in order.",
+    no_args_is_help=True,
 )
 
 
@@ -58,3 +63,32 @@ def map_info(
     from vizbot.commands.map import describe
 
     describe(folder, as_json)
+
+
+@map_app.command("list", epilog="Example: vizbot map list")
+def map_list(as_json: JsonOption = False) -> None:
+    """List the maps that were saved by name, newest first."""
+    from vizbot.commands.map import list_saved
+
+    list_saved(as_json)
+
+
+@map_app.command("rename", epilog='Example: vizbot map rename home "ground floor"')
+def map_rename(
+    name: SavedName, new: Annotated[str, typer.Argument(metavar="NEW", help="Its new name.")]
+) -> None:
+    """Give a map that was saved by name another one."""
+    from vizbot.commands.map import rename_saved
+
+    rename_saved(name, new)
+
+
+@map_app.command("delete", epilog="Example: vizbot map delete home")
+def map_delete(
+    name: SavedName,
+    sure: Annotated[bool, typer.Option("--yes", help="Delete it without asking.")] = False,
+) -> None:
+    """Delete a map that was saved by name; one that a robot is in stays."""
+    from vizbot.commands.map import delete_saved
+
+    delete_saved(name, sure)

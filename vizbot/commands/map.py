@@ -1,4 +1,4 @@
-"""`vizbot map`: build from recordings, ask, export, describe.
+"""`vizbot map`: build from recordings, ask, export, describe; list, rename and delete saved ones.
 
 To build takes all of the robot, to ask a part of it; both are loaded when they are due.
 """
@@ -6,10 +6,13 @@ To build takes all of the robot, to ask a part of it; both are loaded when they 
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import asdict, dataclass
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
+import typer
 
 from mapping import map_bundle
 from mapping.tum import read_trajectory, write_trajectory
@@ -19,7 +22,8 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.objectnav.tasks import goal_of
-from vizbot.operator.printing import echo
+from vizbot.operator.printing import echo, printable
+from vizbot.operator.session.saved_maps import SavedMaps
 from vizbot.rig import Rig, open_encoder, open_text_encoder, require_encoder
 
 
@@ -163,6 +167,52 @@ def describe(folder: Path, as_json: bool) -> None:
     """
     bundle = map_bundle.load(map_bundle.find_map(folder))
     _print(_summary(bundle), bundle.notice, as_json)
+
+
+def list_saved(as_json: bool) -> None:
+    """Print the saved maps of this user, newest first."""
+    saved = SavedMaps()
+    maps = saved.maps()
+    if as_json:
+        echo(json.dumps({"folder": str(saved.folder), "maps": [asdict(each) for each in maps]}))
+        return
+    for each in maps:
+        date = datetime.fromtimestamp(each.saved_at)
+        echo(f"{date:%Y-%m-%d %H:%M}  {each.name}{' (in use)' if each.in_use else ''}")
+    if not maps:
+        echo(f"no saved maps in {saved.folder}; the console saves them by name", err=True)
+
+
+def rename_saved(name: str, new: str) -> None:
+    """Give a saved map another name.
+
+    Raises:
+        VizbotError: a name cannot be one, there is no such map, or another one has the name.
+    """
+    SavedMaps().rename(name, new)
+    echo(f"{name!r} is called {new!r} now")
+
+
+def delete_saved(name: str, sure: bool) -> None:
+    """Delete a saved map.
+
+    Args:
+        name: Of the map.
+        sure: Whether nobody is to be asked.
+
+    Raises:
+        VizbotError: the name cannot be one, there is no such map, a robot is in it, or nobody says
+            yes.
+    """
+    saved = SavedMaps()
+    saved.require(name)
+    if not sure:
+        if not sys.stdin.isatty():
+            raise ConfigError(f"the map {name!r} is not deleted without a yes: add --yes")
+        if not typer.confirm(f"Delete {printable(name)!r} for good?", err=True):
+            raise ConfigError(f"the map {name!r} stays")
+    saved.delete(name)
+    echo(f"{name!r} is deleted")
 
 
 def _summary(bundle: map_bundle.MapBundle) -> dict[str, object]:

@@ -175,6 +175,7 @@ def open_run(
             observers.append(scorer)
         if served is not None:
             served.session.picture_of = report.picture_of  # it observes a goal before the session
+            served.session.begun_in = plan.map_folder
             observers.append(served.session)
         pipeline = Pipeline(devices, encoder, config, observers, saved_map=plan.saved_map)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)

@@ -39,12 +39,14 @@ class RunPlan:
         config: Settings, with the encoder that `--clip` names.
         saved_map: The map to begin in; None for an empty one.
         rerun: Whether the run is recorded for the rerun viewer.
+        map_folder: Where the saved map is; None without one.
     """
 
     folder: Path
     config: Config
     saved_map: MapBundle | None
     rerun: bool
+    map_folder: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +104,7 @@ def plan_run(options: RunOptions) -> RunPlan:
     config = load_settings(options.config, options.clip, options.method)
     require_encoder(config.clip)
     saved_map = None if options.map_folder is None else _loaded(options.map_folder)
-    return RunPlan(folder, config, saved_map, options.rerun)
+    return RunPlan(folder, config, saved_map, options.rerun, options.map_folder)
 
 
 def plan_dry_run(options: DryRunOptions) -> DryRunPlan:

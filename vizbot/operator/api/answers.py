@@ -163,10 +163,11 @@ class LogLine(BaseModel):
 
 
 class MapPictureView(BaseModel):
-    """Where the picture of the map lies in `map`.
+    """Where the picture of the map lies in `map`; walls stand upright in it.
 
-    The pixel `column, row`, counted from the picture's upper left corner, shows
-    `corner + (column, height - row) * metres_per_pixel`.
+    The pixel `column, row`, counted from the picture's upper left corner, shows the place that lies
+    `column * metres_per_pixel` in the direction `turn` from the corner, and
+    `(height - row) * metres_per_pixel` in the direction a quarter turn counterclockwise from that.
     """
 
     model_config = _DESCRIBED
@@ -178,6 +179,8 @@ class MapPictureView(BaseModel):
     """[px]"""
     height: int
     """[px]"""
+    turn: float
+    """Direction of the picture's rows in `map`, counterclockwise from x [rad]; seldom changes."""
 
 
 class RobotState(BaseModel):
@@ -277,6 +280,25 @@ class VocabularyAnswer(BaseModel):
     """In alphabetical order."""
 
 
+class NamedRoom(BaseModel):
+    """A room on the map."""
+
+    model_config = _DESCRIBED
+
+    name: str
+    position: Point
+    """x, y in `map` of a place about in its middle [m]."""
+
+
+class RoomsAnswer(BaseModel):
+    """The rooms on the map."""
+
+    model_config = _DESCRIBED
+
+    rooms: list[NamedRoom]
+    """Largest room first."""
+
+
 class ZonesAnswer(BaseModel):
     """The keep-out zones."""
 
@@ -295,6 +317,18 @@ class ZoneCount(BaseModel):
     """How many there are now."""
 
 
+class ListedMap(BaseModel):
+    """A saved map, as the list has it."""
+
+    model_config = _DESCRIBED
+
+    name: str
+    saved_at: float
+    """Seconds since 1970."""
+    in_use: bool
+    """Whether a robot is in it; it cannot be deleted then."""
+
+
 class MapNames(BaseModel):
     """The saved maps."""
 
@@ -302,6 +336,8 @@ class MapNames(BaseModel):
 
     names: list[str]
     """Newest map first."""
+    maps: list[ListedMap]
+    """The same with what there is to say of each."""
 
 
 class SavedMap(BaseModel):
@@ -311,6 +347,24 @@ class SavedMap(BaseModel):
 
     kept: str
     """The name of the saved map."""
+
+
+class RenamedMap(BaseModel):
+    """The saved map has another name."""
+
+    model_config = _DESCRIBED
+
+    renamed: str
+    """The new name."""
+
+
+class DeletedMap(BaseModel):
+    """The saved map is gone."""
+
+    model_config = _DESCRIBED
+
+    deleted: str
+    """The name that it had."""
 
 
 class LeftMap(BaseModel):

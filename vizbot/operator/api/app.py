@@ -18,6 +18,7 @@ from vizbot.operator.api.console_routes import console_router
 from vizbot.operator.api.errors import ANYWHERE, error_responses, refuse_invalid
 from vizbot.operator.api.image_stream import NAMES, Pictures
 from vizbot.operator.api.map_routes import map_router
+from vizbot.operator.api.picture_answers import picture_answer, picture_response
 from vizbot.operator.api.proof import Credentials, proof_router
 from vizbot.operator.api.sentence_routes import sentence_router
 from vizbot.operator.api.sockets import socket_router
@@ -50,7 +51,6 @@ _TAGS = [
     {"name": "map", "description": "The map that the robot has now."},
     {"name": "saved maps", "description": "Maps under a name, and changes from one to another."},
 ]
-_FRESH = {"Cache-Control": "no-store"}
 _TOKEN_SCHEMES = (
     HTTPBearer(scheme_name="bearer", auto_error=False),
     APIKeyCookie(scheme_name="cookie", name="token", auto_error=False),
@@ -150,20 +150,20 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
         "/pictures/arrival.jpg",
         summary="Read the picture of the arrival",
         response_class=Response,
-        responses={200: _picture_response("What was found."), **error_responses(404)},
+        responses={200: picture_response("What was found."), **error_responses(404)},
     )
     def arrival_picture() -> Response:
         """Read the picture of what the robot has arrived at last, with a box around it."""
         arrival = session.arrival
         if arrival is None or arrival.picture is None:
             raise HTTPException(404, "there is no picture of an arrival; the state tells of one")
-        return Response(arrival.picture, media_type="image/jpeg", headers=_FRESH)
+        return picture_answer(arrival.picture)
 
     @router.get(
         "/pictures/{name}.jpg",
         summary="Read a picture",
         response_class=Response,
-        responses={200: _picture_response("The newest picture."), **error_responses(404, 503)},
+        responses={200: picture_response("The newest picture."), **error_responses(404, 503)},
     )
     def picture(name: str) -> Response:
         """Read the newest picture: colour, depth, map, or likeness to what is asked for."""
@@ -172,12 +172,6 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
         newest = pictures.newest([name])
         if newest is None:
             raise HTTPException(503, "the robot has seen nothing yet; ask again")
-        return Response(newest[1][0], media_type="image/jpeg", headers=_FRESH)
+        return picture_answer(newest[1][0])
 
     return router
-
-
-def _picture_response(description: str) -> dict[str, Any]:
-    """Document a picture as FastAPI takes it."""
-    schema = {"schema": {"type": "string", "format": "binary"}}
-    return {"description": description, "content": {"image/jpeg": schema}}

@@ -18,9 +18,13 @@ _SCRIPTS = (
     "goal_form",
     "http",
     "keep_out_zones",
+    "map_gestures",
     "map_overlay",
     "map_places",
+    "map_projection",
+    "map_rooms",
     "map_view",
+    "map_zoom",
     "push_to_talk",
     "refresh",
     "saved_maps",
@@ -32,6 +36,7 @@ _SCRIPTS = (
 FILES = {
     "/": ("console.html", "text/html"),
     "/console.css": ("console.css", "text/css"),
+    "/layout.css": ("layout.css", "text/css"),
     "/console.svg": ("console.svg", "image/svg+xml"),
     **{f"/scripts/{name}.js": (f"scripts/{name}.js", "text/javascript") for name in _SCRIPTS},
 }

@@ -53,7 +53,9 @@ class Pictures:
             for name in names:
                 if name not in self._jpegs:
                     shown = self._with_scores(step) if name == "likeness" else step
-                    self._jpegs[name] = jpeg(panel(_PANELS[name], shown, self._session.track()))
+                    turn = self._session.map_turn.of(shown)
+                    track = self._session.track()
+                    self._jpegs[name] = jpeg(panel(_PANELS[name], shown, track, turn))
             return step.index, [self._jpegs[name] for name in names]
 
     def _with_scores(self, step: Step) -> Step:

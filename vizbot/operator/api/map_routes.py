@@ -6,24 +6,39 @@ from dataclasses import asdict
 from typing import Annotated
 
 import numpy as np
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Response
 
 from vizbot.operator.api.answers import (
+    DeletedMap,
     LeftMap,
+    ListedMap,
     MapNames,
+    NamedRoom,
     PlacesAnswer,
+    RenamedMap,
+    RoomsAnswer,
     SavedMap,
     VocabularyAnswer,
     ZoneCount,
     ZonesAnswer,
 )
 from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
-from vizbot.operator.api.requests import SaveMapRequest, Words, ZoneRequest, ZonesRequest
+from vizbot.operator.api.picture_answers import picture_answer, picture_response
+from vizbot.operator.api.requests import (
+    RenameMapRequest,
+    SaveMapRequest,
+    Words,
+    ZoneRequest,
+    ZonesRequest,
+)
+from vizbot.operator.figures.image_encoding import jpeg
+from vizbot.operator.figures.panels import thumbnail
 from vizbot.operator.session.live_map import LiveMap
 
 _BUSY = error_responses(409, 503)
 _QUERY = error_responses(409, 422, 503)
 _CHANGE = error_responses(409, 503, *WITH_BODY)
+_NAMED = error_responses(409)
 
 
 def map_router(live_map: LiveMap) -> APIRouter:
@@ -42,6 +57,12 @@ def map_router(live_map: LiveMap) -> APIRouter:
         """List the usual things and rooms of a household that the map finds."""
         with http_errors():
             return VocabularyAnswer(phrases=live_map.vocabulary())
+
+    @router.get("/map/rooms", tags=["map"], summary="List rooms", responses=_BUSY)
+    def rooms() -> RoomsAnswer:
+        """List what the map most probably shows of each kind of room; up to ten seconds old."""
+        with http_errors():
+            return RoomsAnswer(rooms=[NamedRoom(**asdict(each)) for each in live_map.rooms()])
 
     @router.get("/map/keep-out", tags=["map"], summary="List keep-out zones", responses=_BUSY)
     def zones() -> ZonesAnswer:
@@ -72,8 +93,22 @@ def map_router(live_map: LiveMap) -> APIRouter:
 
     @router.get("/maps", tags=["saved maps"], summary="List saved maps")
     def names() -> MapNames:
-        """List the names of the saved maps."""
-        return MapNames(names=live_map.names())
+        """List the saved maps: their names, when they were saved, which ones robots are in."""
+        saved = live_map.saved.maps()
+        listed = [ListedMap(**asdict(each)) for each in saved]
+        return MapNames(names=[each.name for each in saved], maps=listed)
+
+    @router.get(
+        "/maps/{name}/picture.jpg",
+        tags=["saved maps"],
+        summary="Read the picture of a saved map",
+        response_class=Response,
+        responses={200: picture_response("Its floor plan."), **error_responses(409)},
+    )
+    def map_picture(name: str) -> Response:
+        """Read a small floor plan of a saved map: walls are dark, keep-out zones red."""
+        with http_errors():
+            return picture_answer(jpeg(thumbnail(live_map.saved.grid(name))))
 
     @router.put("/maps/{name}", tags=["saved maps"], summary="Save the map", responses=_CHANGE)
     def save(name: str, options: SaveMapRequest) -> SavedMap:
@@ -95,6 +130,27 @@ def map_router(live_map: LiveMap) -> APIRouter:
         """
         with http_errors():
             return LeftMap(left=live_map.begin(name))
+
+    @router.post(
+        "/maps/{name}/rename",
+        tags=["saved maps"],
+        summary="Rename a saved map",
+        responses=_CHANGE,
+    )
+    def rename(name: str, request: RenameMapRequest) -> RenamedMap:
+        """Give a saved map another name, which no other map may have."""
+        with http_errors():
+            live_map.rename(name, request.name)
+        return RenamedMap(renamed=request.name)
+
+    @router.delete(
+        "/maps/{name}", tags=["saved maps"], summary="Delete a saved map", responses=_NAMED
+    )
+    def delete(name: str) -> DeletedMap:
+        """Delete a saved map; one that a robot is in stays."""
+        with http_errors():
+            live_map.delete(name)
+        return DeletedMap(deleted=name)
 
     @router.post("/map/new", tags=["saved maps"], summary="Change to an empty map", responses=_BUSY)
     def begin_empty() -> LeftMap:

@@ -133,6 +133,15 @@ class SaveMapRequest(BaseModel):
     """Whether the map may take the place of another one with this name."""
 
 
+class RenameMapRequest(BaseModel):
+    """The new name of a saved map."""
+
+    model_config = _STRICT
+
+    name: str
+    """Of letters, digits, spaces and -, 60 at most."""
+
+
 class DriveMessage(BaseModel):
     """A motion command, sent over the WebSocket `/drive`."""
 

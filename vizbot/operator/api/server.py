@@ -75,6 +75,7 @@ class Server:
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
             self.url = _url(service, listener.getsockname()[1])
             live_map = LiveMap(session)
+            cleanup.callback(live_map.close)
             language = load_language(service.language)
             sentences = Dialogue(session, live_map, service.speech, language)
             credentials = Credentials(self.token)

@@ -75,18 +75,19 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "measure": step.measure,
         "threshold": round(step.threshold, 4),
         "distance_to_go": None if to_go is None else round(to_go, 2),
-        "map_view": _map_view(step),
+        "map_view": _map_view(step, session.map_turn.of(step)),
     }
 
 
-def _map_view(step: Step) -> dict[str, object]:
+def _map_view(step: Step, turn: float) -> dict[str, object]:
     """Where the picture of the map lies in `map`; see `answers.MapPictureView`."""
-    view = MapView.from_step(step)
+    view = MapView.from_step(step, turn)
     return {
         "corner": [round(float(value), 3) for value in view.corner],
         "metres_per_pixel": 1.0 / view.scale,
         "width": TILE[0],
         "height": TILE[1],
+        "turn": view.turn,
     }
 
 

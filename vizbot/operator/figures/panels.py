@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,9 +15,12 @@ from vizbot.core.observer import Step
 from vizbot.core.place_scores import UNSEEN
 from vizbot.core.types import OccupancyGrid
 from vizbot.operator.figures.colour_scale import painted
+from vizbot.operator.figures.wall_direction import wall_direction
 
 TILE = (480, 360)
 """Width and height of one picture [px]."""
+THUMBNAIL = (160, 120)
+"""Width and height of the picture of a saved map [px]."""
 NAMES = ("colour", "depth", "obstacle map", "likeness")
 _MARGIN = 0.5
 _FAR = 5.0
@@ -31,31 +35,59 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapView:
-    """Where `map` lies in a picture of `TILE` size: y up, the robot and all that is known inside.
+    """Where `map` lies in a picture of `TILE` size: the robot and all that is known inside.
 
     Attributes:
         corner: (2,) x, y in `map` of the picture's lower left corner [m].
         scale: Pixels for one metre.
+        turn: Direction of the picture's rows in `map`, counterclockwise from x [rad].
     """
 
     corner: NDArray[np.float64]
     scale: float
+    turn: float = 0.0
 
     @staticmethod
-    def from_step(step: Step) -> MapView:
+    def from_step(step: Step, turn: float = 0.0) -> MapView:
         """The view of the known cells of a step's grid, and of the robot."""
-        grid, robot = step.grid, step.T_map_base[:2, 3]
-        first, past = known_cells(grid, 0.0)
-        low = np.minimum(grid.to_xy(first), robot) - _MARGIN
-        high = np.maximum(grid.to_xy(past - 1), robot) + _MARGIN
+        return MapView.of_grid(step.grid, step.T_map_base[:2, 3][None], turn)
+
+    @staticmethod
+    def of_grid(grid: OccupancyGrid, places: NDArray[np.float64], turn: float) -> MapView:
+        """The view of the known cells of a grid, and of places (N, 2) x, y in `map` [m]."""
+        axes = _axes(turn)
+        shown = np.vstack([grid.to_xy(_outline(grid)), places]) @ axes.T
+        low, high = shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
         size = np.array(TILE, np.float64)
         scale = float((size / (high - low)).min())
-        return MapView((low + high - size / scale) / 2, scale)
+        return MapView((low + high - size / scale) / 2 @ axes, scale, turn)
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """Directions (2, 2) in `map` of the picture's right and of its upper side."""
+        return _axes(self.turn)
 
     def pixels(self, xy: NDArray[np.float64]) -> NDArray[np.int32]:
         """Pixels (..., 2) column, row of points (..., 2) x, y in `map` [m]."""
-        uv = (xy - self.corner) * self.scale
+        uv = (xy - self.corner) @ self.axes.T * self.scale
         return np.stack([uv[..., 0], TILE[1] - uv[..., 1]], axis=-1).round().astype(np.int32)
+
+
+def _axes(turn: float) -> NDArray[np.float64]:
+    cos, sin = math.cos(turn), math.sin(turn)
+    return np.array([[cos, sin], [-sin, cos]])
+
+
+def _outline(grid: OccupancyGrid) -> NDArray[np.int64]:
+    """Known cells (N, 2) row, col that reach farthest in any direction; else the grid's corners."""
+    known = grid.occupancy != 0.5
+    rows = np.flatnonzero(known.any(axis=1))
+    if len(rows) == 0:
+        bottom, right = np.array(known.shape) - 1
+        return np.array([[0, 0], [0, right], [bottom, 0], [bottom, right]])
+    first = known[rows].argmax(axis=1)
+    last = known.shape[1] - 1 - known[rows, ::-1].argmax(axis=1)
+    return np.column_stack([np.tile(rows, 2), np.concatenate([first, last])])
 
 
 def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
@@ -71,13 +103,14 @@ def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
     return {name: panel(name, step, track) for name in NAMES}
 
 
-def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
+def panel(name: str, step: Step, track: NDArray[np.float64], turn: float = 0.0) -> Image:
     """Draw one of them.
 
     Args:
         name: One of `NAMES`.
         step: What to draw.
         track: (N, 2) x, y of the base so far in `map` [m].
+        turn: Direction of the rows of maps in `map`, counterclockwise from x [rad].
     """
     match name:
         case "colour":
@@ -86,8 +119,15 @@ def panel(name: str, step: Step, track: NDArray[np.float64]) -> Image:
         case "depth":
             return _depth(step.frame.depth)
         case "obstacle map":
-            return _obstacle_map(step, track, MapView.from_step(step))
-    return _likeness_map(step, MapView.from_step(step))
+            return _obstacle_map(step, track, MapView.from_step(step, turn))
+    return _likeness_map(step, MapView.from_step(step, turn))
+
+
+def thumbnail(grid: OccupancyGrid) -> Image:
+    """The floor plan of a saved map, of `THUMBNAIL` size."""
+    view = MapView.of_grid(grid, np.zeros((0, 2)), wall_direction(grid) or 0.0)
+    plan = _floor_plan(grid, view)
+    return np.asarray(cv2.resize(plan, THUMBNAIL, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def board(step: Step, track: NDArray[np.float64]) -> Image:
@@ -199,7 +239,7 @@ def _likeness_map(step: Step, view: MapView) -> Image:
 def _drawn(
     cells: NDArray[Any], first_xy: NDArray[np.float64], size: float, view: MapView, around: float
 ) -> NDArray[Any]:
-    """Cells of the plan as a picture.
+    """Cells of the plan as a picture; shades are smoothed where it is turned.
 
     Args:
         cells: (rows, cols) values.
@@ -209,10 +249,13 @@ def _drawn(
         around: Value outside of all cells.
     """
     edge = size * view.scale
-    left, below = (first_xy - view.corner) * view.scale
-    cells_to_pixels = np.array([[edge, 0.0, left], [0.0, -edge, TILE[1] - below]])
+    left, below = view.axes @ (first_xy - view.corner) * view.scale
+    right, up = edge * view.axes
+    cells_to_pixels = np.array([[*right, left], [*-up, TILE[1] - below]])
+    shades = cells.dtype == np.uint8  # scores lie beside what is no score
+    how = cv2.INTER_LINEAR if shades and view.turn else cv2.INTER_NEAREST
     return np.asarray(
-        cv2.warpAffine(cells, cells_to_pixels, TILE, flags=cv2.INTER_NEAREST, borderValue=(around,))
+        cv2.warpAffine(cells, cells_to_pixels, TILE, flags=how, borderValue=(around,))
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +17,14 @@ from vizbot.pipeline import Pipeline
 
 
 class HouseholdBeliefs:
-    """Beliefs for all of the household's words, which follow a growing map.
+    """Beliefs for words of the household, which follow a growing map.
 
     Its methods may be called from several threads.
     """
 
-    def __init__(self) -> None:
-        """Begin without a map."""
+    def __init__(self, words: Sequence[str] | None = None) -> None:
+        """Begin without a map; all words of the household by default."""
+        self._words = words
         self._lock = threading.Lock()
         self._map = -1
         self._beliefs: dict[str, Belief] = {}
@@ -66,6 +68,13 @@ class HouseholdBeliefs:
         likely = [text for text, probability in best.items() if probability > least]
         return sorted(likely, key=lambda text: -best[text])
 
+    def believed(
+        self, bundle: MapBundle, number: int, pipeline: Pipeline
+    ) -> dict[str, PlaceBelief]:
+        """What is believed for each word, all of the same places; arguments as for `found`."""
+        with self._lock:
+            return self._updated(bundle, number, pipeline)
+
     def _updated(
         self, bundle: MapBundle, number: int, pipeline: Pipeline
     ) -> dict[str, PlaceBelief]:
@@ -74,7 +83,7 @@ class HouseholdBeliefs:
         places = PlaceMap(bundle.places).places(bundle.keyframes.poses())
         known = len(self._places)
         if number != self._map or len(places) < known:
-            self._map, self._beliefs = number, _begun(pipeline)
+            self._map, self._beliefs = number, _begun(self._words, pipeline)
         elif not np.array_equal(places[:known], self._places):
             self._moved += 1
         self._places = places
@@ -86,7 +95,8 @@ class HouseholdBeliefs:
         }
 
 
-def _begun(pipeline: Pipeline) -> dict[str, Belief]:
+def _begun(words: Sequence[str] | None, pipeline: Pipeline) -> dict[str, Belief]:
     """Beliefs of an empty map."""
-    questions = {text: pipeline.question(pipeline.goal(text)) for text in sorted(HOUSEHOLD)}
+    texts = sorted(HOUSEHOLD if words is None else words)
+    questions = {text: pipeline.question(pipeline.goal(text)) for text in texts}
     return {text: Belief(each, fitted_weights()) for text, each in questions.items()}

@@ -5,11 +5,8 @@ Its methods wait for the robot's loop; call them from threads that may wait.
 
 from __future__ import annotations
 
-import os
-import re
 import threading
 from collections.abc import Sequence
-from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -18,7 +15,7 @@ from numpy.typing import NDArray
 
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
-from mapping.map_header import HEADER
+from mapping.map_folder import MapUse
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
@@ -33,21 +30,20 @@ from vizbot.operator.session.place_answers import (
     least_score,
     summary,
 )
+from vizbot.operator.session.room_areas import RoomArea, RoomAreas
+from vizbot.operator.session.saved_maps import SavedMaps
 from vizbot.operator.session.session import OperatorSession
 from vizbot.pipeline import Pipeline
 
 MOST_ZONES = 100
-_NAME = re.compile(r"\w[\w -]{0,59}")
-
-
-def maps_folder() -> Path:
-    """The folder of this user's saved maps."""
-    home = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
-    return Path(home) / "vizbot" / "maps"
 
 
 class LiveMap:
-    """The map in which one robot is running, and the folder of those it has saved."""
+    """The map in which one robot is running, and those that are saved.
+
+    Attributes:
+        saved: The saved maps of this user.
+    """
 
     def __init__(self, session: OperatorSession, folder: Path | None = None) -> None:
         """Attach to a running robot.
@@ -57,9 +53,13 @@ class LiveMap:
             folder: Of the saved maps; this user's by default.
         """
         self._session = session
-        self._folder = folder or maps_folder()
+        self.saved = SavedMaps(folder)
         self._household = HouseholdBeliefs()
+        self._rooms = RoomAreas()
         self._saving = threading.Lock()
+        self._used: MapUse | None = None
+        if session.begun_in is not None:
+            self._use(self.saved.name_of(session.begun_in))
 
     def places(self, text: str) -> Answer:
         """Look up where on the map a text is found.
@@ -126,6 +126,16 @@ class LiveMap:
         bundle, number, pipeline = self._whole()
         return [] if bundle is None else self._household.found(bundle, number, pipeline)
 
+    def rooms(self) -> list[RoomArea]:
+        """The rooms on the map, the largest first; an answer may be ten seconds old.
+
+        Raises:
+            ConfigError: too much is asked at once.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+        step = self._session.newest_step()
+        return [] if step is None else self._rooms.found(step.map_number, self._whole)
+
     def in_view(self) -> list[str]:
         """Things and rooms of a household that the newest mapped picture shows, the surest first.
 
@@ -185,15 +195,6 @@ class LiveMap:
 
         return self._session.wait_for(remove)
 
-    def names(self) -> list[str]:
-        """Names of the saved maps, newest first."""
-        written: dict[str, float] = {}
-        for header in self._folder.glob(f"*/{HEADER}"):
-            with suppress(OSError):  # one that is just being replaced
-                written[header.parent.name] = header.stat().st_mtime
-        names = [name for name in written if _NAME.fullmatch(name)]
-        return sorted(names, key=lambda name: -written[name])
-
     def save(self, name: str, *, replace: bool = False) -> None:
         """Save the map as it is now.
 
@@ -202,7 +203,7 @@ class LiveMap:
             MapError: there is no map yet, or it cannot be written.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        path = self._path(name)
+        path = self.saved.path(name)
         bundle = self._session.wait_for(lambda pipeline: pipeline.bundle())
         if bundle is None:
             raise MapError("the robot has no map yet; ask again when it has seen something")
@@ -210,6 +211,7 @@ class LiveMap:
             if path.exists() and not replace:
                 raise ConfigError(f"there is a map {name!r} already; replace it or name another")
             self._save_bundle(bundle, path)
+            self._use(name)
         self._session.write("map", f"the map is kept as {name!r}")
 
     def begin(self, name: str | None) -> str | None:
@@ -224,7 +226,7 @@ class LiveMap:
             MapError: there is no such map, or the robot cannot use it.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        saved = None if name is None else map_bundle.load(self._path(name))
+        saved = None if name is None else map_bundle.load(self.saved.path(name))
 
         def leave(pipeline: Pipeline) -> MapBundle | None:
             self._require_idle()
@@ -242,9 +244,45 @@ class LiveMap:
         if left is not None and (len(left.keyframes.ids) > 1 or left.keep_out):
             left_as = f"left {datetime.now():%Y-%m-%d %H-%M-%S-%f}"
             with self._saving:
-                self._save_bundle(left, self._path(left_as))
+                self._save_bundle(left, self.saved.path(left_as))
         self._session.wait_for(begin)
+        with self._saving:
+            self._use(name)
         return left_as
+
+    def rename(self, name: str, new: str) -> None:
+        """Give a saved map another name.
+
+        Raises:
+            ConfigError: a name cannot be one.
+            MapError: there is no such map, another one has the name, or it cannot be renamed.
+        """
+        with self._saving:
+            self.saved.rename(name, new)
+        self._session.write("map", f"the map {name!r} is called {new!r} now")
+
+    def delete(self, name: str) -> None:
+        """Delete a saved map.
+
+        Raises:
+            ConfigError: the name cannot be one.
+            MapError: there is no such map, a robot is in it, or it cannot be deleted.
+        """
+        with self._saving:
+            self.saved.delete(name)
+        self._session.write("map", f"the map {name!r} is deleted")
+
+    def close(self) -> None:
+        """Leave the saved map that the robot is in to others; twice is fine."""
+        with self._saving:
+            self._use(None)
+
+    def _use(self, name: str | None) -> None:
+        """Claim the saved map that the robot is in from now on, in place of the one before."""
+        before = self._used
+        self._used = None if name is None else self.saved.use(name)
+        if before is not None:
+            before.close()
 
     def _asked(self, text: str) -> tuple[Goal, MapBundle | None, Pipeline]:
         """The goal for a text, the map as it is now, and what answers questions about it."""
@@ -269,11 +307,6 @@ class LiveMap:
             raise ConfigError("the robot has something to do; stop it before it changes maps")
         if (who := self._session.lease.holder) is not None:
             raise ConfigError(f"{who} drives by hand; the wheel must be given back first")
-
-    def _path(self, name: str) -> Path:
-        if _NAME.fullmatch(name) is None:
-            raise ConfigError(f"{name!r} is no name for a map; use letters, digits, spaces and -")
-        return self._folder / name
 
     def _save_bundle(self, bundle: MapBundle, path: Path) -> None:
         try:

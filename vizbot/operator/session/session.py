@@ -24,6 +24,7 @@ from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
 from vizbot.operator.figures.step_rate import StepRate
 from vizbot.operator.figures.track import Track
+from vizbot.operator.figures.wall_direction import MapTurn
 from vizbot.operator.session.arrival import Arrival
 from vizbot.operator.session.drive_lease import DriveLease
 from vizbot.operator.session.task_queue import QueuedTask, TaskQueue, TaskRequest
@@ -80,6 +81,8 @@ class OperatorSession:
         picture_of: The picture of the best place of a report, as JPEG; None where there is none.
         keep_verdict: Keeps what people say of an arrival beside the run.
         folder: Of the run; None where it keeps none.
+        begun_in: Folder of the saved map in which the run began; None where it began in none.
+        map_turn: How its map is turned to be shown upright.
     """
 
     def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
@@ -106,6 +109,8 @@ class OperatorSession:
         self.picture_of: Callable[[GoalReport], bytes | None] = lambda report: None
         self.keep_verdict: Callable[[GoalReport, bool], None] = lambda report, confirmed: None
         self.folder: Path | None = None
+        self.begun_in: Path | None = None
+        self.map_turn = MapTurn()
         self.jobs: Queue[tuple[Callable[[Pipeline], None], Future[Any]]] = Queue(_JOBS)
         self.queue = TaskQueue()
         self.lease = DriveLease(now)

@@ -14,6 +14,7 @@ import { createLiveLink, createStop, storeToken, moveTokenOutOfAddress } from ".
 import { createMap } from "./map_view.js";
 import { createSavedMaps } from "./saved_maps.js";
 import { createPlaces } from "./map_places.js";
+import { createRooms } from "./map_rooms.js";
 import { createRefresh } from "./refresh.js";
 import { createPendingRequests } from "./http.js";
 import { showDriving, showLink, showPicture, showState } from "./state_view.js";
@@ -175,7 +176,7 @@ function start() {
     },
     onChange: (driving, reason) => {
       endReason = reason;
-      if (driving) scrollTo({ top: 0 });
+      if (driving) [globalThis, byId("page"), byId("side")].forEach((each) => each.scrollTo({ top: 0 }));
       if (driving && state) showState(state, true);
       showDriving(driving ? state : null, driving, reason);
     },
@@ -218,7 +219,8 @@ function start() {
   const places = createPlaces(requests, map, goalForm.showLines);
   const talk = createTalk(requests, who, goalForm.showLines, goalForm.showAnswer);
   const zones = createZones(map, places.tool);
-  const refresh = createRefresh([zones.refresh, createSavedMaps().refresh]);
+  const rooms = createRooms(map.overlay, () => pictures.wanted().includes("map"));
+  const refresh = createRefresh([zones.refresh, createSavedMaps().refresh, rooms.refresh]);
   map.setTool(places.tool);
   live = createLiveLink({
     onState,

@@ -3,12 +3,12 @@
  * Keep-out zones: drawn on the map by two opposite corners, listed, removed.
  *
  * @typedef {import("./map_view.js").MapPicture} MapPicture
- * @typedef {import("./map_view.js").Tool} Tool
+ * @typedef {import("./map_gestures.js").Tool} Tool
  * @typedef {import("./state_view.js").Point} Point
  */
 
 import { byId, createElement, setText } from "./dom.js";
-import { rectangleOf } from "./map_overlay.js";
+import { rectangleOf, toPictureAxes } from "./map_projection.js";
 import { STEP_TIMEOUT, request } from "./http.js";
 
 /** The least width and height of a zone [m]. */
@@ -34,6 +34,7 @@ export function createZones(map, defaultTool) {
 
   /** @type {Tool} */
   const tool = {
+    drags: true,
     press: (point) => {
       isFirstPress = firstCorner === null;
       if (isFirstPress) startAt(point);
@@ -42,10 +43,11 @@ export function createZones(map, defaultTool) {
       if (firstCorner) map.overlay.mark({ rectangle: [firstCorner, point] });
     },
     release: (point) => {
-      if (firstCorner === null) return;
-      const [width, height] = [point[0] - firstCorner[0], point[1] - firstCorner[1]];
+      const view = map.overlay.view();
+      if (firstCorner === null || view === null) return;
+      const [width, height] = toPictureAxes(view, [point[0] - firstCorner[0], point[1] - firstCorner[1]]);
       if (Math.min(Math.abs(width), Math.abs(height)) >= MIN_SIZE) {
-        const zone = rectangleOf([firstCorner, point]);
+        const zone = rectangleOf(view, [firstCorner, point]);
         firstCorner = null;
         change("POST", zone, "It keeps out of there now.").then(() => {
           if (firstCorner === null) startAt(null);
@@ -54,7 +56,9 @@ export function createZones(map, defaultTool) {
         map.showText(isFirstPress ? "Now the opposite corner." : "That is too narrow; take another corner.");
       }
     },
-    cancel: () => startAt(null),
+    cancel: () => {
+      if (isFirstPress) startAt(null);
+    },
     reset: () => startAt(null),
   };
 
@@ -90,6 +94,7 @@ export function createZones(map, defaultTool) {
 
   /** @param {Point[]} corners @param {number} index */
   function item(corners, index) {
+    const size = sizeText(corners, map.overlay.view() ?? { turn: 0 });
     const line = createElement("li", "");
     const remove = createElement("button", "Remove");
     remove.setAttribute("aria-label", `Remove zone ${index + 1}`);
@@ -102,7 +107,7 @@ export function createZones(map, defaultTool) {
     ])) {
       line.addEventListener(event, () => map.overlay.mark({ highlighted }));
     }
-    line.append(createElement("b", `Zone ${index + 1}`), createElement("span", sizeText(corners)), remove);
+    line.append(createElement("b", `Zone ${index + 1}`), createElement("span", size), remove);
     return line;
   }
 
@@ -122,11 +127,15 @@ export function createZones(map, defaultTool) {
   return { refresh };
 }
 
-/** @param {Point[]} corners */
-function sizeText(corners) {
+/**
+ * @param {Point[]} corners
+ * @param {{turn: number}} view
+ */
+function sizeText(corners, view) {
+  const turned = corners.map((corner) => toPictureAxes(view, corner));
   /** @param {0 | 1} axis */
   const size = (axis) => {
-    const values = corners.map((corner) => corner[axis]);
+    const values = turned.map((corner) => corner[axis]);
     return (Math.max(...values) - Math.min(...values)).toFixed(1);
   };
   return `${size(0)} m by ${size(1)} m`;

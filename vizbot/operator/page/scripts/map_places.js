@@ -51,7 +51,7 @@ export function createPlaces(requests, map, showAnswer) {
   return {
     /** @param {Point | null} found Where what somebody asked for is. */
     markFound: (found) => map.overlay.mark({ found }),
-    /** @type {import("./map_view.js").Tool} A place is chosen first: a stray tap sends no robot. */
-    tool: { press: nothing, move: nothing, cancel: nothing, release: choose, reset: () => choose(null) },
+    /** @type {import("./map_gestures.js").Tool} A place is chosen first: a stray tap sends no robot. */
+    tool: { drags: false, press: nothing, move: nothing, cancel: nothing, release: choose, reset: () => choose(null) },
   };
 }

@@ -2,40 +2,42 @@
 /**
  * The picture of the map, on which a person points by mouse, by finger, or with the arrow keys.
  *
+ * @typedef {import("./map_gestures.js").Tool} Tool
  * @typedef {import("./state_view.js").Point} Point
  * @typedef {import("./state_view.js").State} State
- * @typedef {object} Tool What pointing does. A key or a tap presses and releases at one point.
- * @property {(point: Point) => void} press
- * @property {(point: Point) => void} move Called while the pointer is down, and by the arrow keys.
- * @property {(point: Point) => void} release
- * @property {() => void} cancel Undoes a press that was not meant: the finger scrolls the page.
- * @property {() => void} reset Forgets all points.
  */
 
 import { byId, setText } from "./dom.js";
-import { clampToView, createOverlay } from "./map_overlay.js";
+import { createGestures } from "./map_gestures.js";
+import { createOverlay } from "./map_overlay.js";
+import { clampToView, floorAt, toFloorAxes, toPictureAxes } from "./map_projection.js";
 
 /** How far one press of an arrow key moves the cross, and with Shift [m]. */
 const STEP = 0.1;
 const LONG_STEP = 0.5;
 /** Points that are so near count as the same place [m]. */
 const SAME_PLACE = 0.05;
-/** @type {Record<string, Point>} */
+/** @type {Record<string, Point>} To the right and up in the picture. */
 const ARROWS = { ArrowUp: [0, 1], ArrowDown: [0, -1], ArrowLeft: [-1, 0], ArrowRight: [1, 0] };
-const HELP = "Arrow keys move the cross, with Shift farther; Enter takes the place under it.";
+const HELP =
+  "Arrow keys move the cross, with Shift farther; Enter takes the place under it; + and - enlarge and reduce, 0 shows all.";
 
 /** @param {() => boolean} isDriving Whether the arrow keys drive the robot now. */
 export function createMap(isDriving) {
   const surface = byId("map");
   const overlay = createOverlay();
+  const { zoom } = overlay;
   /** @type {Tool | null} */
   let tool = null;
   /** @type {Point | null} */
   let cross = null;
   /** @type {Point | null} */
   let robot = null;
-  /** @type {number | null} */
-  let pointerId = null;
+  const gestures = createGestures(surface, () => tool, overlay, (point) => {
+    cross = point;
+  });
+  /** @type {Record<string, () => void>} */
+  const zoomKeys = { "+": zoom.in, "=": zoom.in, "-": zoom.out, 0: zoom.reset };
 
   /** @param {string} text Shown in place of the picture's caption. */
   function showText(text) {
@@ -45,8 +47,9 @@ export function createMap(isDriving) {
 
   /** @param {Point} point @returns {string} Where it is, seen from the robot. */
   function describe([x, y]) {
-    if (robot === null) return "";
-    const [right, up] = [x - robot[0], y - robot[1]];
+    const view = overlay.view();
+    if (robot === null || view === null) return "";
+    const [right, up] = toPictureAxes(view, [x - robot[0], y - robot[1]]);
     const offsets = [
       ...(Math.abs(right) < SAME_PLACE ? [] : [`${Math.abs(right).toFixed(1)} m ${right > 0 ? "right" : "left"}`]),
       ...(Math.abs(up) < SAME_PLACE ? [] : [`${Math.abs(up).toFixed(1)} m ${up > 0 ? "up" : "down"}`]),
@@ -54,50 +57,31 @@ export function createMap(isDriving) {
     return offsets.length ? `${offsets.join(" and ")} from the robot` : "where the robot is";
   }
 
-  /** @param {Point} offset */
-  function moveCross([right, up]) {
+  /** @param {Point} offset To the right and up in the picture [m]. */
+  function moveCross(offset) {
     const view = overlay.view();
     if (!view) return;
-    const { corner, width, height, metres_per_pixel: scale } = view;
-    const [x, y] = cross ?? robot ?? [corner[0] + (width * scale) / 2, corner[1] + (height * scale) / 2];
+    const [x, y] = cross ?? robot ?? floorAt(view, [view.width / 2, view.height / 2]);
+    const [right, up] = toFloorAxes(view, offset);
     cross = clampToView(view, [x + right, y + up]);
+    overlay.include(cross);
     overlay.mark({ cross });
   }
 
   function resetTool() {
-    pointerId = null;
+    gestures.reset();
     tool?.reset();
   }
 
-  listenToPointer();
-  listenToKeys();
-
-  function listenToPointer() {
-    surface.addEventListener("pointerdown", (event) => {
-      const point = overlay.pointAt(event);
-      if (pointerId !== null || event.button !== 0 || point === null) return;
-      pointerId = event.pointerId;
-      surface.setPointerCapture(pointerId);
-      tool?.press(point);
-    });
-    surface.addEventListener("pointermove", (event) => {
-      const point = overlay.pointAt(event);
-      if (event.pointerId === pointerId && point !== null) tool?.move(point);
-    });
-    surface.addEventListener("pointerup", (event) => {
-      const point = overlay.pointAt(event);
-      if (event.pointerId !== pointerId) return;
-      pointerId = null;
-      if (point === null) return;
-      cross = point;
-      tool?.release(point);
-    });
-    surface.addEventListener("pointercancel", (event) => {
-      if (event.pointerId !== pointerId) return;
-      pointerId = null;
-      tool?.cancel();
-    });
+  function showZoom() {
+    surface.classList.toggle("enlarged", zoom.scale() > 1);
   }
+
+  listenToKeys();
+  overlay.listenToZoom(showZoom);
+  byId("zoom-in").addEventListener("click", zoom.in);
+  byId("zoom-out").addEventListener("click", zoom.out);
+  byId("zoom-all").addEventListener("click", zoom.reset);
 
   function listenToKeys() {
     surface.addEventListener("focus", () => {
@@ -111,8 +95,9 @@ export function createMap(isDriving) {
     });
     surface.addEventListener("keydown", (event) => {
       const arrow = ARROWS[event.code];
-      const modified = event.ctrlKey || event.altKey || event.metaKey;
-      if (isDriving() || modified || !overlay.view()) return;
+      if (event.ctrlKey || event.altKey || event.metaKey || !overlay.view()) return;
+      if (event.key in zoomKeys) zoomKeys[event.key]?.();
+      if (isDriving()) return;
       if (arrow) {
         event.preventDefault();
         const step = event.shiftKey ? LONG_STEP : STEP;
@@ -146,7 +131,7 @@ export function createMap(isDriving) {
       if (view === null && overlay.view() !== null) {
         resetTool();
         cross = null;
-        overlay.mark({ cross, found: null });
+        overlay.mark({ cross, found: null, rooms: [] });
       }
       robot = position ?? null;
       overlay.setView(view);

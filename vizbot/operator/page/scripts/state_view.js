@@ -25,6 +25,7 @@
  * @property {number} metres_per_pixel
  * @property {number} width [px]
  * @property {number} height [px]
+ * @property {number} turn Direction of the picture's rows on the map, counterclockwise [rad].
  * @typedef {object} State
  * @property {boolean} stopped
  * @property {string | null} wheel Who drives by hand.

@@ -1,0 +1,96 @@
+"""`vizbot map list`, `rename`, `delete`: the maps that were saved by name."""
+
+import json
+from io import StringIO
+
+import pytest
+
+from mapping import map_bundle
+from mapping.map_folder import MapUse
+from tests.helpers.bundles import bundle_of, names_in
+
+
+@pytest.fixture
+def maps(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    folder = tmp_path / "vizbot" / "maps"
+    map_bundle.save(bundle_of(), folder / "home")
+    return folder
+
+
+class Terminal(StringIO):
+    def isatty(self):
+        return True
+
+
+def test_saved_maps_are_listed(run, maps):
+    map_bundle.save(bundle_of(), maps / "ground floor")
+    with MapUse(maps / "home"):
+        code, out, _ = run("map", "list")
+        assert code == 0
+        assert [line[18:] for line in out.splitlines()] == ["ground floor", "home (in use)"]
+        code, out, err = run("map", "list", "--json")
+    said = json.loads(out)
+    assert (code, err, said["folder"]) == (0, "", str(maps))
+    assert {each["name"]: each["in_use"] for each in said["maps"]} == {
+        "home": True, "ground floor": False
+    }  # fmt: skip
+
+
+def test_where_no_map_was_saved_it_says_where_it_looked(run, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    code, out, err = run("map", "list")
+    assert (code, out) == (0, "") and str(tmp_path / "vizbot" / "maps") in err
+    assert json.loads(run("map", "list", "--json")[1])["maps"] == []
+
+
+def test_a_map_is_renamed(run, maps):
+    code, out, _ = run("map", "rename", "home", "ground floor")
+    assert (code, out) == (0, "'home' is called 'ground floor' now\n")
+    assert names_in(maps) == ["ground floor"]
+
+
+def test_a_map_is_deleted_by_who_says_yes_once(run, maps, monkeypatch):
+    for answer, left in (("n\n", ["home"]), ("y\n", [])):
+        monkeypatch.setattr("sys.stdin", Terminal(answer))
+        code, _, err = run("map", "delete", "home")
+        assert err.count("Delete 'home' for good?") == 1
+        assert code == len(left) and names_in(maps) == left
+        assert ("the map 'home' stays" in err) == bool(left)
+
+
+def test_a_program_deletes_a_map_with_yes(run, maps, monkeypatch):
+    monkeypatch.setattr("sys.stdin", StringIO())
+    code, out, err = run("map", "delete", "home")
+    assert (code, out) == (1, "") and "add --yes" in err and err.count("\n") == 1
+    code, out, _ = run("map", "delete", "home", "--yes")
+    assert (code, out) == (0, "'home' is deleted\n")
+    assert names_in(maps) == []
+
+
+def test_a_map_that_a_robot_is_in_is_not_deleted(run, maps):
+    with MapUse(maps / "home"):
+        code, out, err = run("map", "delete", "home", "--yes")
+    assert (code, out) == (1, "")
+    assert "'home' is in use; change to another map first" in err and err.count("\n") == 1
+    assert map_bundle.load(maps / "home")
+
+
+@pytest.mark.parametrize("name", ["..", "../home", "/", ".home", "a" * 61, ""])
+def test_what_is_no_name_is_refused_in_one_line(run, maps, name):
+    for command in (
+        ["delete", name, "--yes"],
+        ["rename", name, "office"],
+        ["rename", "home", name],
+    ):
+        code, out, err = run("map", *command)
+        assert (code, out, err.count("\n")) == (1, "", 1)
+        assert repr(name) in err and "letters, digits, spaces" in err
+    assert names_in(maps) == ["home"]
+
+
+def test_a_map_that_is_not_there_is_named_with_those_that_are(run, maps):
+    for command in (["delete", "attic"], ["rename", "attic", "office"]):
+        code, _, err = run("map", *command)
+        assert code == 1
+        assert "there is no saved map 'attic'; those that there are: 'home'" in err

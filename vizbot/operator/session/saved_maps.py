@@ -1,0 +1,130 @@
+"""The saved maps of this machine's user: listed, shown, renamed, deleted, each by its name."""
+
+from __future__ import annotations
+
+import os
+import re
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from mapping import map_folder
+from mapping.map_bundle import load_grid
+from mapping.map_folder import MapUse
+from mapping.map_header import HEADER
+from vizbot.core.errors import ConfigError, MapError
+from vizbot.core.types import OccupancyGrid
+
+_NAME = re.compile(r"\w[\w -]{0,59}")
+
+
+@dataclass(frozen=True, slots=True)
+class SavedMap:
+    """A saved map.
+
+    Attributes:
+        name: Of its folder.
+        saved_at: When it was written, in seconds since 1970.
+        in_use: Whether a robot on this machine is in it.
+    """
+
+    name: str
+    saved_at: float
+    in_use: bool
+
+
+def maps_folder() -> Path:
+    """The folder of this user's saved maps."""
+    home = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
+    return Path(home) / "vizbot" / "maps"
+
+
+class SavedMaps:
+    """The saved maps in one folder, by their names.
+
+    Attributes:
+        folder: Of the maps.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        """Look into a folder, which need not be there; this user's by default."""
+        self.folder = folder or maps_folder()
+
+    def path(self, name: str) -> Path:
+        """The folder of a map, which need not be there.
+
+        Raises:
+            ConfigError: the name cannot be one.
+        """
+        if _NAME.fullmatch(name) is None:
+            raise ConfigError(
+                f"{name!r} is no name for a map; use letters, digits, spaces and -, 60 at most"
+            )
+        return self.folder / name
+
+    def name_of(self, folder: Path) -> str | None:
+        """The name of the saved map in a folder; None for a folder elsewhere."""
+        folder = folder.absolute()
+        is_one = folder.parent == self.folder.absolute() and _NAME.fullmatch(folder.name)
+        return folder.name if is_one else None
+
+    def maps(self) -> list[SavedMap]:
+        """All of them, newest first."""
+        found = []
+        for header in self.folder.glob(f"*/{HEADER}"):
+            name = header.parent.name
+            with suppress(OSError):  # one that is just being replaced
+                if _NAME.fullmatch(name):
+                    in_use = map_folder.is_in_use(header.parent)
+                    found.append(SavedMap(name, header.stat().st_mtime, in_use))
+        return sorted(found, key=lambda each: (-each.saved_at, each.name))
+
+    def grid(self, name: str) -> OccupancyGrid:
+        """The obstacle map of one of them, with its zones.
+
+        Raises:
+            ConfigError: the name cannot be one.
+            MapError: there is no such map, or it is damaged.
+        """
+        return load_grid(self.require(name))
+
+    def rename(self, name: str, new: str) -> None:
+        """Give one of them another name; a robot that is in it stays in it.
+
+        Raises:
+            ConfigError: a name cannot be one.
+            MapError: there is no such map, another one has the name, or it cannot be renamed.
+        """
+        map_folder.move(self.require(name), self.path(new))
+
+    def delete(self, name: str) -> None:
+        """Delete one of them. Whenever that is interrupted, the map is whole or gone.
+
+        Raises:
+            ConfigError: the name cannot be one.
+            MapError: there is no such map, a robot is in it, or it cannot be deleted.
+        """
+        map_folder.delete(self.require(name))
+
+    def require(self, name: str) -> Path:
+        """The folder of a map that is there.
+
+        Raises:
+            ConfigError: the name cannot be one.
+            MapError: there is no such map.
+        """
+        path = self.path(name)
+        if not (path / HEADER).exists():
+            names = ", ".join(repr(each.name) for each in self.maps()) or "none"
+            raise MapError(f"there is no saved map {name!r}; those that there are: {names}")
+        return path
+
+    def use(self, name: str) -> MapUse | None:
+        """Claim one of them, so that nobody deletes it; None where it is gone.
+
+        Raises:
+            ConfigError: the name cannot be one.
+        """
+        with suppress(OSError):
+            return MapUse(self.path(name))
+        return None
