@@ -6,9 +6,9 @@ import re
 import pytest
 
 from vizbot.operator.language.command import Decline, GoTo, command_name
-from vizbot.operator.language.command_grammar import KINDS
 from vizbot.operator.language.language import languages, load_language
 from vizbot.operator.language.notation import read_pattern
+from vizbot.operator.language.sentence_kinds import KINDS
 
 
 def reads(pattern, line, **parts):

@@ -1,0 +1,174 @@
+"""Cuts a line of text into the steps that it asks for, and these free of what asks for nothing.
+
+"Hi, would you mind going to the sofa first, and then coming back?" has two steps, "go to the sofa"
+and "come back": politeness and fillers are left out, other spellings and forms of words are
+replaced, and what is to be done before something else comes first.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+MOST_STEPS = 60
+"""A line of more steps is not read."""
+_MOST_OPENINGS = 10
+"""Openings, and as many closings, that are taken from a step."""
+_LONGEST_CLOSING = 40
+"""Letters at the end of a step among which a closing is looked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of a line.
+
+    Attributes:
+        whole: Its words, with those that open and close it.
+        words: Without these; may be empty.
+        around: What opens and closes it.
+        ways: The ways to read it, the best one first: with fewer and fewer of the openings, each
+            without and with what closes it.
+    """
+
+    whole: str
+    words: str
+    around: str
+    ways: tuple[str, ...]
+
+
+class StepSplitter:
+    """Cuts the lines of one language into steps."""
+
+    def __init__(self, language: Mapping[str, Any], regex: Callable[[str], str]) -> None:
+        """Take over a language.
+
+        Args:
+            language: As its file has it.
+            regex: Makes the regular expression of a pattern in the language's notation.
+
+        Raises:
+            KeyError: it lacks something.
+        """
+        words = language["words"]
+        self._and, self._then = words["and"][0], words["then"][0]
+        self._forms = {
+            word.casefold(): other
+            for word, other in (*language["spellings"].items(), *language["imperatives"].items())
+        }
+        spellings, imperatives = either(language["spellings"]), either(language["imperatives"])
+        self._misspelt = re.compile(rf"(?<![\w'-])(?:{spellings})(?![\w'-])")
+        verbal = either(words["before_imperatives"])
+        self._verbal = re.compile(rf"\b(?P<before>{verbal}) (?P<verb>{imperatives})\b")
+        self._contracted = re.compile(rf"(?<=\w)'s(?= (?:{either(words['after_is'])})\b)")
+        units = either(language["units"])
+        self._glued_unit = re.compile(rf"\b(\d+(?:[.,]\d+)?)({units})\b")
+        self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
+        self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
+        self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
+        self._opening = re.compile(rf"^{regex('<openings>')}(?= |$)")
+        self._closing = re.compile(rf"{regex('<closings>')}$")
+        self._joining = re.compile(rf",\s*(?=(?:{either(words['subordinate'])})\b)")
+        told, asked = either(words["subjects"]), either(words["run_on"])
+        self._run_on = re.compile(rf"((?:^|, )(?:{told}) [^,]+?) (?=(?:{asked}) )")
+        then, before, and_ = (either(words[name]) for name in ("then", "before_then", "and"))
+        sooner = either(words["sooner"])
+        self._orders = tuple(
+            re.compile(order) for place in ("before", "after") for order in _orders(place, words)
+        )
+        self._sooner = re.compile(rf"(?:\s*,)?\s+(?:{before}) (?:{sooner})\b(?:\s*,)?\s*")
+        self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
+        starters = either(words["list_starters"])
+        apart = "".join(rf"(?<!\b{re.escape(word)})" for word in words["one_step_after"])
+        self._list = re.compile(
+            rf"\s*,\s*(?:{and_}) (?=\S)|\s*,\s*(?!\d)|{apart}\s+(?:{and_}) (?=(?:{starters})\b)"
+        )
+
+    def polished(self, line: str) -> str:
+        """The line in plain words, with a comma wherever a sentence has a pause."""
+        line = plain(line.replace("&", f" {self._and} "))
+        spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
+        spelt = self._glued_unit.sub(r"\1 \2", self._contracted.sub(" is", spelt))
+        polished = self._at_once.sub(" ", self._fillers.sub(" ", spelt))
+        polished = tidy(self._joining.sub(" ", self._run_on.sub(r"\1, ", tidy(polished))))
+        imperative = self._verbal.sub(
+            lambda found: f"{found['before']} {self._forms[found['verb']]}", polished
+        )
+        in_order = tidy(self._reason.sub("", imperative))
+        for order in self._orders:
+            if (found := order.fullmatch(in_order)) is not None:
+                head = found.groupdict().get("head") or ""
+                in_order = f"{head}{found['sooner']}, {self._then} {found['later']}"
+        return in_order
+
+    def is_at_once(self, line: str) -> bool:
+        """Whether words of a line say that something is to be done at once."""
+        return self._at_once.search(plain(line)) is not None
+
+    def steps(self, polished: str) -> list[Step]:
+        """The steps of a polished line; none where it has too many of them."""
+        in_order = reversed(self._sooner.split(polished))
+        halves = (half for sooner in in_order for half in self._step.split(sooner))
+        parts = [part for half in halves for part in self._list.split(half)]
+        if len(parts) > MOST_STEPS:
+            return []
+        return [self._read(tidy(part).replace(", ", " ").strip(",")) for part in parts]
+
+    def _read(self, whole: str) -> Step:
+        left = [whole]
+        while len(left) <= _MOST_OPENINGS and left[-1]:
+            if (found := self._opening.match(f" {left[-1]}")) is None:
+                break
+            left.append(left[-1][max(found.end() - 1, 0) :].strip())
+        ways = dict.fromkeys(way for one in left for way in (self._closed(one), one) if way)
+        words = self._closed(left[-1])
+        around = whole.removesuffix(left[-1]) + left[-1].removeprefix(words)
+        return Step(whole, words, around, tuple(ways))
+
+    def _closed(self, words: str) -> str:
+        for _ in range(_MOST_OPENINGS):
+            head, tail = words[:-_LONGEST_CLOSING], words[-_LONGEST_CLOSING:]
+            padded = tail if head else f" {tail}"
+            if (found := self._closing.search(padded)) is None:
+                break
+            words = f"{head}{padded[: found.start()]}".strip()
+        return words
+
+
+def _orders(place: str, words: Mapping[str, Sequence[str]]) -> tuple[str, str]:
+    """What reads "before A, B" and "B before A", or the same with "after".
+
+    Args:
+        place: "before" or "after", under which are the words that stand before what comes later, or
+            sooner; under "not_before" or "not_after" what begins like these and says something
+            else.
+        words: Of the language.
+    """
+    named, other = ("later", "sooner") if place == "before" else ("sooner", "later")
+    marker = rf"(?!(?:{either(words[f'not_{place}'])})\b)(?:{either(words[place])})"
+    others = (*words["before_then"], *(words["phrasal"] if place == "after" else ()))
+    apart = "".join(rf"(?<!\b{re.escape(word)})" for word in others)
+    return (
+        rf"(?P<head>(?:.*?, )?){marker} (?P<{named}>[^,]+), (?P<{other}>.+)",
+        rf"(?P<{other}>.+?){apart},? {marker} (?P<{named}>[^,]+)",
+    )
+
+
+def either(words: Sequence[str] | Mapping[str, Any]) -> str:
+    """A regular expression for one of these, the longest first; for nothing where there are none."""
+    ordered = sorted((word.casefold() for word in words), key=len, reverse=True)
+    return "|".join(map(re.escape, ordered)) or "(?!)"
+
+
+def plain(line: str) -> str:
+    """Small letters, digits, apostrophes and hyphens; commas where a sentence has a pause."""
+    line = line.casefold().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
+    line = re.sub(r"\s[-\N{EN DASH}\N{EM DASH}]+\s|[-=]?>|[→\N{EM DASH}]", ", ", line)
+    line = re.sub(r"[,;:.!?…]+(?=\s|$)", ",", line)
+    return re.sub(r"[^\w',.-]+|(?<!\d)\.|\.(?!\d)", " ", line)
+
+
+def tidy(words: str) -> str:
+    """Words with single blanks, and one comma at most between them."""
+    return re.sub(r"\s*,[\s,]*(?!\d)", ", ", " ".join(words.split())).strip(", -")
