@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import chain
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from vizbot.behaviours.short_move import ShortMove
 from vizbot.objectnav.tasks import Task
@@ -241,7 +241,7 @@ def _with_after(command: GoTo | Explore | Move, goals: Sequence[str]) -> Command
     """The same command with other goals in what it does then."""
     if command.after is None:
         return command
-    return replace(command, after=with_goals(command.after, goals))
+    return replace(command, after=cast(Mission, with_goals(command.after, goals)))
 
 
 def split_goals(command: Command, parts: Callable[[str], Sequence[str]]) -> Command:
@@ -252,7 +252,7 @@ def split_goals(command: Command, parts: Callable[[str], Sequence[str]]) -> Comm
         command = replace(command, goals=tuple(chain.from_iterable(map(parts, command.goals))))
     if command.after is None:
         return command
-    return replace(command, after=split_goals(command.after, parts))
+    return replace(command, after=cast(Mission, split_goals(command.after, parts)))
 
 
 def task_requests(command: Mission) -> Sequence[str | Task | ShortMove]:
@@ -312,5 +312,6 @@ def _in_turn(first: Command | None, then: Command) -> Command | None:
             return Move((*moves, *more_moves), after)
         case (GoTo() | Explore() | Move(), GoTo() | Explore() | Move() | ComeBack() | Dock()):
             after_first = then if first.after is None else _in_turn(first.after, then)
-            return None if after_first is None else replace(first, after=after_first)
+            done = cast(Mission | None, after_first)
+            return None if done is None else replace(first, after=done)
     return None

@@ -17,12 +17,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 from math import pi, radians
 from typing import Any
 
 from vizbot.behaviours.short_move import FARTHEST, ShortMove
 from vizbot.operator.language.command import (
+    Ask,
     Command,
     Decline,
     GoTo,
@@ -47,6 +47,8 @@ from vizbot.operator.language.step_splitter import (
     tidy,
 )
 
+_LONGEST = 8
+"""Words of a goal that is known."""
 _TURN, _WAY = pi / 2, 0.5
 """A turn and a way without a number [rad, m]."""
 
@@ -80,20 +82,26 @@ class Grammar:
         rules: All patterns, in the order in which they are tried.
     """
 
-    def __init__(self, language: Mapping[str, Any], is_name: Callable[[str], bool]) -> None:
+    def __init__(
+        self,
+        language: Mapping[str, Any],
+        is_name: Callable[[str], bool],
+        knows: Callable[[str], bool],
+    ) -> None:
         """Take over a language.
 
         Args:
             language: As its file has it.
             is_name: Whether words are the name of a thing or room: "plant" and "water cooler" are,
                 which begin like something that no robot can do.
+            knows: Whether the robot knows every word of a goal.
 
         Raises:
             KeyError: it lacks something.
             ValueError: a pattern of it is none.
         """
         words = language["words"]
-        self._is_name = is_name
+        self._is_name, self._knows = is_name, knows
         self.examples: tuple[str, ...] = tuple(language["examples"])
         self._numbers = {word.casefold(): value for word, value in language["numbers"].items()}
         self._units = {word.casefold(): value for word, value in language["units"].items()}
@@ -280,8 +288,9 @@ class Grammar:
             bare: Whether it may stand alone in the first step, too.
         """
         if not any(step.words for step in steps):  # "hey robot, yes": openings alone
-            read = (self._step_command(step, literals, bare=bare) for step in steps)
-            return join_commands([command for command in read if command is not None])
+            read = [self._step_command(step, literals, bare=bare) for step in steps]
+            told = [command for command in read if command is not None]
+            return join_commands([each for each in told if not isinstance(each, Ask)] or told)
         commands: list[Command | None] = []
         for place, step in enumerate(steps):
             denied = commands not in ([], [Stop()]) and any(_readings([step.whole], self._denials))
@@ -318,8 +327,7 @@ class Grammar:
         if next(_readings(step.ways, self._cannot_early), None) is not None:
             return Decline(Reason.CANNOT)
         tells = None
-        loose = _readings(step.ways[:1], self._loose)
-        for rule, found in chain(_readings(step.ways, self.rules), loose):
+        for rule, found in _readings(step.ways, self.rules):
             goal = _slot(found, "goal")
             if self._tells(goal):
                 tells = Decline(Reason.CANNOT)  # "go to the kitchen if the door is open"
@@ -327,6 +335,8 @@ class Grammar:
                 return self._command(rule.kind, found, literals)
         if forbids:
             return Decline(Reason.NOT)
+        if (answer := self._loose_command(step.ways, literals)) is not None:
+            return answer
         goal = self._goal(step.words, literals)
         if not self._is_name(goal) and next(_readings(step.ways, self._cannot), None) is not None:
             return Decline(Reason.CANNOT)
@@ -336,6 +346,25 @@ class Grammar:
             return Decline(Reason.STATEMENT)
         goal = self._goal(self._towards.sub("", step.words), literals)
         return GoTo((goal,)) if goal else None
+
+    def _loose_command(self, ways: Sequence[str], literals: Sequence[str]) -> Command | None:
+        """What is asked in words that are none of the rules'; it sets nothing off.
+
+        Of several readings the first is taken whose goal begins with a name, and that name.
+        """
+        unsure = None
+        for rule, found in _readings(ways, self._loose):
+            goal = _slot(found, "goal")
+            words = self._articles.sub("", goal).split()
+            parts = (" ".join(words[:count]) for count in range(len(words[:_LONGEST]), 0, -1))
+            if not goal:
+                return self._command(rule.kind, found, literals)
+            names = (part for part in parts if self._knows(part) and not self._tells(part))
+            if (name := next(names, None)) is not None:
+                return ABOUT[rule.kind](name)
+            if unsure is None and not self._tells(goal):
+                unsure = self._command(rule.kind, found, literals)
+        return unsure
 
     def _tells(self, words: str) -> bool:
         """Whether words that stand for a goal have a clause of their own."""

@@ -8,7 +8,7 @@ replaced, and what is to be done before something else comes first.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,7 +29,7 @@ class Step:
         words: Without these; may be empty.
         around: What opens and closes it.
         ways: The ways to read it, the best one first: with fewer and fewer of the openings, each
-            without and with what closes it.
+            with more and more of what closes it.
     """
 
     whole: str
@@ -74,8 +74,11 @@ class StepSplitter:
         self._run_on = re.compile(rf"((?:^|, )(?:{told}) [^,]+?) (?=(?:{asked}) )")
         then, before, and_ = (either(words[name]) for name in ("then", "before_then", "and"))
         sooner = either(words["sooner"])
+        verbs = either({*language["imperatives"].values()})
         self._orders = tuple(
-            re.compile(order) for place in ("before", "after") for order in _orders(place, words)
+            re.compile(order)
+            for place in ("before", "after")
+            for order in _orders(place, words, verbs)
         )
         self._sooner = re.compile(rf"(?:\s*,)?\s+(?:{before}) (?:{sooner})\b(?:\s*,)?\s*")
         self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
@@ -121,42 +124,48 @@ class StepSplitter:
             if (found := self._opening.match(f" {left[-1]}")) is None:
                 break
             left.append(left[-1][max(found.end() - 1, 0) :].strip())
-        ways = dict.fromkeys(way for one in left for way in (self._closed(one), one) if way)
-        words = self._closed(left[-1])
+        words = self._closings(left[-1])[0]
+        ways = dict.fromkeys(way for one in left for way in self._closings(one) if way)
         around = whole.removesuffix(left[-1]) + left[-1].removeprefix(words)
         return Step(whole, words, around, tuple(ways))
 
-    def _closed(self, words: str) -> str:
-        for _ in range(_MOST_OPENINGS):
+    def _closings(self, words: str) -> list[str]:
+        """The words without all that closes them, then with more and more of it."""
+        ways = [words]
+        while len(ways) <= _MOST_OPENINGS:
             head, tail = words[:-_LONGEST_CLOSING], words[-_LONGEST_CLOSING:]
             padded = tail if head else f" {tail}"
             if (found := self._closing.search(padded)) is None:
                 break
             words = f"{head}{padded[: found.start()]}".strip()
-        return words
+            ways.insert(0, words)
+        return ways
 
 
-def _orders(place: str, words: Mapping[str, Sequence[str]]) -> tuple[str, str]:
-    """What reads "before A, B" and "B before A", or the same with "after".
+def _orders(place: str, words: Mapping[str, Sequence[str]], verbs: str) -> tuple[str, ...]:
+    """What reads "before A, B", the same without a comma, and "B before A", or with "after".
 
     Args:
         place: "before" or "after", under which are the words that stand before what comes later, or
             sooner; under "not_before" or "not_after" what begins like these and says something
             else.
         words: Of the language.
+        verbs: A regular expression of what B begins with where there is no comma.
     """
     named, other = ("later", "sooner") if place == "before" else ("sooner", "later")
     marker = rf"(?!(?:{either(words[f'not_{place}'])})\b)(?:{either(words[place])})"
     others = (*words["before_then"], *(words["phrasal"] if place == "after" else ()))
     apart = "".join(rf"(?<!\b{re.escape(word)})" for word in others)
+    head = r"(?P<head>(?:.*?, )?)"
     return (
-        rf"(?P<head>(?:.*?, )?){marker} (?P<{named}>[^,]+), (?P<{other}>.+)",
+        rf"{head}{marker} (?P<{named}>[^,]+), (?P<{other}>.+)",
+        rf"{head}{marker} (?P<{named}>[^, ]+ [^,]+?) (?P<{other}>(?:{verbs})\b.*)",
         rf"(?P<{other}>.+?){apart},? {marker} (?P<{named}>[^,]+)",
     )
 
 
-def either(words: Sequence[str] | Mapping[str, Any]) -> str:
-    """A regular expression for one of these, the longest first; for nothing where there are none."""
+def either(words: Iterable[str]) -> str:
+    """A regular expression for one of these, the longest first; it reads nothing without any."""
     ordered = sorted((word.casefold() for word in words), key=len, reverse=True)
     return "|".join(map(re.escape, ordered)) or "(?!)"
 
