@@ -47,8 +47,10 @@ from vizbot.operator.language.step_splitter import (
     tidy,
 )
 
-_LONGEST = 8
-"""Words of a goal that is known."""
+_MOST_WORDS = 16
+"""Words of a question among which a name is looked for."""
+_LEAST_ANGLE = 5
+"""A smaller number in words is none of an angle [deg]."""
 _TURN, _WAY = pi / 2, 0.5
 """A turn and a way without a number [rad, m]."""
 
@@ -109,6 +111,7 @@ class Grammar:
         self.rules = tuple(
             self._rule(kind, text) for kind in KINDS for text in language["commands"][kind]
         )
+        self._turns = [rule for rule in self.rules if rule.kind in ("turn_left", "turn_right")]
         any_words = f" {SLOTS['rest']}"
         self._alone = [
             rule
@@ -132,7 +135,7 @@ class Grammar:
         self._now = re.compile(rf"\b(?:{either(words['now'])})\b")
         self._not = re.compile(rf"\b(?:{words['not'].casefold()})\b")
         self._clause = re.compile(rf"\b(?:{words['clause'].casefold()})\b")
-        self._pronouns = {word.casefold() for word in words["pronouns"]}
+        self._pronouns = {(word.casefold(),) for word in words["pronouns"]}
         self._towards = re.compile(rf"^(?:{either(words['towards'])}) ")
         self._articles = re.compile(rf"^(?:(?:{either(words['articles'])})(?: |$))+")
         self._splitter = StepSplitter(language, self._regex)
@@ -298,7 +301,10 @@ class Grammar:
                 return Decline(Reason.NOT)
             if denied or self._correction.match(step.whole):
                 commands = []  # "the kitchen, no, the study"
-            if not denied and step.words:  # what only opens a sentence is no step of its own
+            if commands and isinstance(commands[-1], Move) and not step.words:
+                turns = _readings([step.whole], self._turns)  # "turn left, then right"
+                commands += [self._command(rule.kind, found, ()) for rule, found in turns][:1]
+            elif not denied and step.words:  # what only opens a sentence is no step of its own
                 command = self._step_command(step, literals, bare=bare or place > 0)
                 commands = self._with_pronoun(commands, command)
         return join_commands(commands)
@@ -308,7 +314,11 @@ class Grammar:
     ) -> list[Command | None]:
         """The commands and another one, whose "it" is what was named last."""
         named = goals_of(commands[-1])[-1:] if commands else ()
-        if not (named and isinstance(command, GoTo) and command.goals[0] in self._pronouns):
+        if not named or goals_of(command)[:1] not in self._pronouns:
+            return [*commands, command]
+        if isinstance(command, WhereIs) and isinstance(commands[-1], GoTo):
+            return [*commands[:-1], WhereIs(*named)]  # "my bag, where is it?"
+        if not isinstance(command, GoTo):
             return [*commands, command]
         if isinstance(commands[-1], GoTo):
             return commands
@@ -350,21 +360,30 @@ class Grammar:
     def _loose_command(self, ways: Sequence[str], literals: Sequence[str]) -> Command | None:
         """What is asked in words that are none of the rules'; it sets nothing off.
 
-        Of several readings the first is taken whose goal begins with a name, and that name.
+        Of several readings the first is taken in whose goal there is a name, and that name.
         """
         unsure = None
         for rule, found in _readings(ways, self._loose):
             goal = _slot(found, "goal")
-            words = self._articles.sub("", goal).split()
-            parts = (" ".join(words[:count]) for count in range(len(words[:_LONGEST]), 0, -1))
             if not goal:
                 return self._command(rule.kind, found, literals)
-            names = (part for part in parts if self._knows(part) and not self._tells(part))
-            if (name := next(names, None)) is not None:
+            if name := self._name_in(goal):
                 return ABOUT[rule.kind](name)
             if unsure is None and not self._tells(goal):
                 unsure = self._command(rule.kind, found, literals)
         return unsure
+
+    def _name_in(self, words: str) -> str:
+        """The first name among some words, with what belongs to it; empty without one."""
+        said = words.split()[:_MOST_WORDS]
+        starts = range(1, len(said))
+        for start in (0, *sorted(starts, key=lambda at: not self._articles.match(said[at]))):
+            for end in range(len(said), start, -1):
+                part = " ".join(said[start:end])
+                named = self._articles.sub("", part)
+                if self._knows(named) and not self._clause.search(named):
+                    return "" if self._towards.match(named) else named
+        return ""
 
     def _tells(self, words: str) -> bool:
         """Whether words that stand for a goal have a clause of their own."""
@@ -389,6 +408,8 @@ class Grammar:
             if not 0.0 < way <= FARTHEST:
                 return Decline(Reason.TOO_FAR)
             return Move((ShortMove(forward=way),))
+        if number in self._numbers and self._numbers[number] < _LEAST_ANGLE:
+            amount = None  # "turn a left"
         turn = _TURN if amount is None else radians(amount)
         if not 0.0 < turn <= 2 * pi + 1e-9:
             return Decline(Reason.TOO_FAR)
@@ -399,7 +420,7 @@ class Grammar:
 
     def _goal(self, words: str, literals: Sequence[str]) -> str:
         """A goal without articles, with each part in quotes in the place of its mark."""
-        goal = words if words in self._pronouns else self._articles.sub("", words)
+        goal = words if (words,) in self._pronouns else self._articles.sub("", words)
         return _MARKED.sub(lambda found: literals[int(found[1])], goal)
 
 

@@ -90,7 +90,7 @@ class StepSplitter:
 
     def polished(self, line: str) -> str:
         """The line in plain words, with a comma wherever a sentence has a pause."""
-        line = plain(line.replace("&", f" {self._and} "))
+        line = plain(re.sub(r"&|\+(?!\d)", f" {self._and} ", line))
         spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
         spelt = self._glued_unit.sub(r"\1 \2", self._contracted.sub(" is", spelt))
         polished = self._at_once.sub(" ", self._fillers.sub(" ", spelt))
