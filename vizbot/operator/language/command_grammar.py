@@ -235,13 +235,15 @@ class Grammar:
             told = [command for command in read if command is not None]
             return join_commands([each for each in told if not isinstance(each, Ask)] or told)
         commands: list[Command | None] = []
+        moved = False
         for place, step in enumerate(steps):
             denied = commands not in ([], [Stop()]) and is_read(step.whole, self._denials)
             if denied and place == len(steps) - 1:
                 return Decline(Reason.NOT)
+            moved = moved or isinstance(commands[-1] if commands else None, Move)
             if denied or self._correction.match(step.whole):
                 commands = []  # "the kitchen, no, the study"
-            if commands and isinstance(commands[-1], Move) and not step.words:
+            if moved and not step.words:
                 turns = readings([step.whole], self._turns)  # "turn left, then right"
                 commands += [self._reader.read(rule, found) for rule, found in turns][:1]
             elif not denied and step.words:  # what only opens a sentence is no step of its own

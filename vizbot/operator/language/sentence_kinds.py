@@ -36,6 +36,8 @@ KINDS = (
 FORBIDDABLE = {"explore", "dock", "come_back", "turn_left", "turn_right", "turn_around",
                "backwards", "forward", "all", "go"}  # fmt: skip
 """Of these a sentence that says "not" means nothing that can be done."""
+LOOSE = {"where", "how_many"}
+"""Of these a sentence about something unknown may be none at all."""
 ABOUT: Mapping[str, type[All | WhereIs | HowMany | Cancel | KeepOut]] = {
     "all": All,
     "where": WhereIs,

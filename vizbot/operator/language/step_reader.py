@@ -9,12 +9,14 @@ from typing import Any
 
 from vizbot.behaviours.short_move import FARTHEST, ShortMove
 from vizbot.operator.language.command import Command, Decline, GoTo, Move, Reason
-from vizbot.operator.language.sentence_kinds import ABOUT, ALONE, FORBIDDABLE, KINDS
+from vizbot.operator.language.sentence_kinds import ABOUT, ALONE, FORBIDDABLE, KINDS, LOOSE
 from vizbot.operator.language.sentence_rules import RuleMaker, SentenceRule, readings, slot
 from vizbot.operator.language.step_splitter import Step, either
 
 _MOST_WORDS = 16
 """Words of a question among which a name is looked for."""
+_LONGEST_UNKNOWN = 3
+"""More words without any name are no thing that somebody looks for."""
 _LEAST_ANGLE = 5.0
 """A smaller number in words is none of an angle [deg]."""
 _TURN, _WAY = pi / 2, 0.5
@@ -87,16 +89,18 @@ class StepReader:
         forbids = self.forbids(step.whole)
         if next(readings(step.ways, self._cannot_early), None) is not None:
             return Decline(Reason.CANNOT)
-        tells = None
+        tells = unsure = None
         for rule, found in readings(step.ways, self.rules):
             goal = slot(found, "goal")
             if self._tells(goal):
                 tells = Decline(Reason.CANNOT)  # "go to the kitchen if the door is open"
+            elif rule.kind in LOOSE and not self._knows(self._goal(goal, literals)):
+                unsure = self.read(rule, found, literals) if unsure is None else unsure
             elif not forbids or not (rule.kind in FORBIDDABLE or self.forbids(goal)):
                 return self.read(rule, found, literals)
-        if forbids:
+        if unsure is None and forbids:
             return Decline(Reason.NOT)
-        if (answer := self._loose_command(step.ways, literals)) is not None:
+        if (answer := self._loose_command(step.ways, literals, unsure)) is not None:
             return answer
         goal = self._goal(step.words, literals)
         if not self._is_name(goal) and next(readings(step.ways, self._cannot), None) is not None:
@@ -106,7 +110,8 @@ class StepReader:
         if self._tells(step.words):
             return Decline(Reason.STATEMENT)
         goal = self._goal(self._towards.sub("", step.words), literals)
-        return GoTo((goal,)) if goal else None
+        strange = len(goal.split()) > _LONGEST_UNKNOWN and not self._name_in(goal)
+        return None if not goal or (strange and goal not in literals) else GoTo((goal,))
 
     def read(
         self, rule: SentenceRule, found: re.Match[str], literals: Sequence[str] = ()
@@ -147,17 +152,23 @@ class StepReader:
         """Words without the articles before them."""
         return self._articles.sub("", words)
 
-    def _loose_command(self, ways: Sequence[str], literals: Sequence[str]) -> Command | None:
+    def _loose_command(
+        self, ways: Sequence[str], literals: Sequence[str], unsure: Command | None
+    ) -> Command | None:
         """What is asked in words that are none of the rules'; it sets nothing off.
 
         Of several readings the first is taken in whose goal there is a name, and that name.
+
+        Args:
+            ways: The ways to read a step.
+            literals: What each mark in it stands for.
+            unsure: What a rule has read about a goal that is not known; None without one.
         """
-        unsure = None
         for rule, found in readings(ways, self._loose):
             goal = slot(found, "goal")
             if not goal:
                 return self.read(rule, found)
-            if name := self._name_in(goal):
+            if unsure is None and (name := self._name_in(goal)):
                 return ABOUT[rule.kind](name)
             if unsure is None and not self._tells(goal):
                 unsure = self.read(rule, found, literals)
