@@ -33,7 +33,7 @@ from vizbot.operator.language.command import (
     goals_of,
     join_commands,
 )
-from vizbot.operator.language.sentence_kinds import ALONE, TOPICS
+from vizbot.operator.language.sentence_kinds import ALONE
 from vizbot.operator.language.sentence_rules import RuleMaker, is_read, readings
 from vizbot.operator.language.sentence_writer import SentenceWriter
 from vizbot.operator.language.step_reader import StepReader, literal_mark, without_marks
@@ -192,12 +192,12 @@ class Grammar:
 
     def _beside_remarks(self, polished: str, literals: Sequence[str]) -> Command | None:
         """The command in what is left of a line without remarks; None where none is plain."""
-        steps = self._splitter.steps(self._without_remarks(polished))
+        steps = self._splitter.steps(self._without_remarks(polished, literals))
         if steps and self._reader.is_towards(steps[0].words):
             return None  # "I went to the kitchen, then to the sofa"
         return self._joined(steps, literals, bare=False)
 
-    def _without_remarks(self, polished: str) -> str:
+    def _without_remarks(self, polished: str, literals: Sequence[str]) -> str:
         """A line without the clauses that only tell something; empty where none are left out.
 
         Questions about itself count as such where something else is asked for. Nothing remains of a
@@ -206,10 +206,11 @@ class Grammar:
         clauses = polished.split(", ")
         asked, questions = list[str](), list[str]()
         for clause in clauses if len(clauses) <= MOST_STEPS else []:
-            read = next(readings([clause], self.rules), None)
-            if read is not None and read[0].kind in TOPICS.values():
+            steps = self._splitter.steps(clause)
+            command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
+            if isinstance(command, Ask):
                 questions.append(clause)
-            elif read is not None or not is_read(clause, self._remarks):
+            elif not isinstance(command, Decline | None) or not is_read(clause, self._remarks):
                 asked.append(clause)
             elif self._takes_back(clause) or (asked and self._reader.forbids(clause)):
                 return ""
