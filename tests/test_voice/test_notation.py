@@ -29,6 +29,11 @@ def test_slots_read_any_words_numbers_and_units():
     assert not reads("go {number} {unit}", "go far m")
 
 
+def test_of_two_ways_to_say_it_that_of_more_words_is_read():
+    assert reads("(go|go to) {goal}", "go to the sofa")["goal"] == "the sofa"
+    assert reads("(go|go to) {goal}", "go home")["goal"] == "home"
+
+
 def test_parts_have_names():
     assert reads("take <me> home", "take us home", me="me|us")
 

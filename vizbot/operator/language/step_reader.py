@@ -168,7 +168,7 @@ class StepReader:
             goal = slot(found, "goal")
             if not goal:
                 return self.read(rule, found)
-            if unsure is None and (name := self._name_in(goal)):
+            if (unsure is None or rule.kind == "how_many") and (name := self._name_in(goal)):
                 return ABOUT[rule.kind](name)
             if unsure is None and not self._tells(goal):
                 unsure = self.read(rule, found, literals)
