@@ -78,7 +78,7 @@ class Grammar:
         words, remarks = language["words"], language["remarks"]
         maker = RuleMaker(language)
         self._reader = StepReader(language, maker, is_name, knows)
-        self._splitter = StepSplitter(language, maker.regex)
+        self._splitter = StepSplitter(language, maker.part)
         self._writer = SentenceWriter(language["sentences"])
         self.examples: tuple[str, ...] = tuple(language["examples"])
         self.rules = self._reader.rules

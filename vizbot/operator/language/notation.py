@@ -122,11 +122,13 @@ def _alternatives(tokens: list[str], end: str) -> Pattern:
 def _word_regex(word: str, numbers: Sequence[str], units: Sequence[str]) -> str:
     if not word.startswith("{"):
         return " " + re.escape(word.casefold())
+    slot = SLOTS[word[1:-1]]
+    if "{" not in slot:
+        return f" {slot}"
     words = {
         "numbers": "|".join([r"\d+(?:[.,]\d+)?", *map(re.escape, numbers)]),
         "units": "|".join(map(re.escape, units)) or "(?!)",
     }
-    slot = SLOTS[word[1:-1]]
     for name, choice in words.items():
         slot = slot.replace(f"{{{name}}}", choice)
     return " " + slot

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from vizbot.operator.language.notation import SLOTS, Pattern, read_pattern
@@ -17,17 +18,21 @@ class SentenceRule:
     Attributes:
         kind: What it asks for.
         pattern: How that is said.
-        regex: What reads it, after a blank.
+        regex: The regular expression that reads it, after a blank.
     """
 
     kind: str
     pattern: Pattern
-    regex: re.Pattern[str]
+    regex: str
 
     @property
     def takes_any_words(self) -> bool:
         """Whether some of its words may be any."""
-        return f" {SLOTS['rest']}" in self.regex.pattern
+        return f" {SLOTS['rest']}" in self.regex
+
+    def read(self, words: str) -> re.Match[str] | None:
+        """What it reads in some words; None where it does not read all of them."""
+        return _compiled(self.regex).fullmatch(f" {words}")
 
 
 class RuleMaker:
@@ -53,15 +58,24 @@ class RuleMaker:
         Raises:
             ValueError: one is none.
         """
-        return tuple(
-            SentenceRule(kind, read_pattern(text, self._parts), re.compile(self.regex(text)))
+        read = (
+            (kind, read_pattern(text, self._parts))
             for kind, texts in patterns.items()
             for text in texts
         )
+        return tuple(SentenceRule(kind, each, self.regex(each)) for kind, each in read)
 
-    def regex(self, text: str) -> str:
+    def part(self, name: str) -> str:
+        """The regular expression of a part of patterns that has a name.
+
+        Raises:
+            KeyError: there is none of that name.
+            ValueError: it is no pattern.
+        """
+        return self.regex(read_pattern(self._parts[name], self._parts))
+
+    def regex(self, pattern: Pattern) -> str:
         """The regular expression of a pattern, whose slots have names of their own."""
-        pattern = read_pattern(text, self._parts)
         regex = pattern.regex(tuple(self._numbers), tuple(self._units))
         for name in ("goal", "number", "unit"):
             parts = regex.split(f"(?P<{name}>")
@@ -84,13 +98,19 @@ class RuleMaker:
         return value * self._units.get(unit, 1.0)
 
 
+@cache
+def _compiled(regex: str) -> re.Pattern[str]:
+    """Compiled where it is first needed: most commands read no sentence."""
+    return re.compile(regex)
+
+
 def readings(
     ways: Sequence[str], rules: Iterable[SentenceRule]
 ) -> Iterator[tuple[SentenceRule, re.Match[str]]]:
     """Each rule that reads the first way to read a step, then those that read another one."""
     for way in ways:
         for rule in rules:
-            if (found := rule.regex.fullmatch(f" {way}")) is not None:
+            if (found := rule.read(way)) is not None:
                 yield rule, found
 
 

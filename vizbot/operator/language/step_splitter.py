@@ -41,12 +41,12 @@ class Step:
 class StepSplitter:
     """Cuts the lines of one language into steps."""
 
-    def __init__(self, language: Mapping[str, Any], regex: Callable[[str], str]) -> None:
+    def __init__(self, language: Mapping[str, Any], part: Callable[[str], str]) -> None:
         """Take over a language.
 
         Args:
             language: As its file has it.
-            regex: Makes the regular expression of a pattern in the language's notation.
+            part: Makes the regular expression of a part of its patterns, by the part's name.
 
         Raises:
             KeyError: it lacks something.
@@ -67,8 +67,8 @@ class StepSplitter:
         self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
         self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
         self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
-        self._opening = re.compile(rf"^{regex('<openings>')}(?= |$)")
-        self._closing = re.compile(rf"{regex('<closings>')}$")
+        self._opening = re.compile(rf"^{part('openings')}(?= |$)")
+        self._closing = re.compile(rf"{part('closings')}$")
         self._joining = re.compile(rf",\s*(?=(?:{either(words['subordinate'])})\b)")
         told, asked = either(words["subjects"]), either(words["run_on"])
         self._run_on = re.compile(rf"((?:^|, )(?:{told}) [^,]+?) (?=(?:{asked}) )")
