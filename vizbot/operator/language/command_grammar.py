@@ -20,6 +20,7 @@ from dataclasses import replace
 from typing import Any
 
 from vizbot.operator.language.command import (
+    MISSIONS,
     Ask,
     Command,
     Decline,
@@ -250,6 +251,10 @@ class Grammar:
             elif not denied and step.words:  # what only opens a sentence is no step of its own
                 command = self._reader.command(step, literals, bare=bare or place > 0)
                 commands = self._with_pronoun(commands, command)
+        if isinstance(commands[0] if commands else None, Yes | No) and any(
+            isinstance(command, MISSIONS) for command in commands[1:]
+        ):
+            commands = commands[1:]  # "that is wrong, go to the sofa"
         return join_commands(commands)
 
     def _with_pronoun(

@@ -198,7 +198,8 @@ def translating_lexicon(names: Mapping[str, str], small: Mapping[str, str]) -> L
 
 def _nearest(word: str, names: Iterable[str]) -> str | None:
     """The name that is written most alike; None where none is enough."""
-    ranked = [(_likeness(word, name), name) for name in names]
+    forms = singulars(word)
+    ranked = [(max(_likeness(form, name) for form in forms), name) for name in names]
     likeness, name = max(ranked, default=(0.0, ""))
     return name if likeness >= NEAR else None
 
