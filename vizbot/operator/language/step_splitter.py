@@ -82,6 +82,8 @@ class StepSplitter:
         )
         self._sooner = re.compile(rf"(?:\s*,)?\s+(?:{before}) (?:{sooner})\b(?:\s*,)?\s*")
         self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
+        late = either(words["before_late_then"])
+        self._late_then = re.compile(rf"(,|\b(?:{before})) ({late}) (?:{then})\b(?=[^,])")
         starters = either(words["list_starters"])
         apart = "".join(rf"(?<!\b{re.escape(word)})" for word in words["one_step_after"])
         self._list = re.compile(
@@ -98,7 +100,8 @@ class StepSplitter:
         imperative = self._verbal.sub(
             lambda found: f"{found['before']} {self._forms[found['verb']]}", polished
         )
-        in_order = tidy(self._reason.sub("", imperative))
+        told = tidy(self._reason.sub("", imperative))
+        in_order = self._late_then.sub(rf"\1 {self._then} \2", told)
         for order in self._orders:
             if (found := order.fullmatch(in_order)) is not None:
                 head = found.groupdict().get("head") or ""
