@@ -1,8 +1,13 @@
+from math import pi
+from time import process_time
+
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.helpers.spoken import PHRASES
+from vizbot.behaviours.short_move import ShortMove
+from vizbot.objectnav.tasks import Task
 from vizbot.operator.language.command import (
     All,
     ComeBack,
@@ -10,12 +15,14 @@ from vizbot.operator.language.command import (
     Dock,
     Explore,
     GoTo,
+    Move,
     Reason,
     Stop,
     WhereIs,
     Yes,
+    task_requests,
 )
-from vizbot.operator.language.language import ENGLISH
+from vizbot.operator.language.language import ENGLISH, languages, load_language
 
 command_text, is_urgent = ENGLISH.grammar.text, ENGLISH.grammar.is_urgent
 parse_command, parse_typed = ENGLISH.grammar.heard, ENGLISH.grammar.typed
@@ -158,11 +165,89 @@ def test_what_must_not_be_done_is_no_goal():
         assert parse_typed(line) == parse_command(line) == Decline(Reason.NOT)
 
 
+AROUND = ShortMove(turn=pi)
+
+
+@pytest.mark.parametrize(
+    ("line", "requests"),
+    [
+        ("go to the study and turn around", ["study", AROUND]),
+        ("turn around and go to the study", [AROUND, "study"]),
+        ("go to the sofa, turn around, then find the bed", ["sofa", AROUND, "bed"]),
+        ("explore, then go to the sofa", [Task.EXPLORE, "sofa"]),
+        ("find the bed, then turn around, then come back", ["bed", AROUND, Task.COME_BACK]),
+    ],
+)
+def test_moves_goals_and_exploring_are_done_in_the_order_they_are_named(line, requests):
+    assert task_requests(parse_command(line)) == requests
+
+
+def test_nothing_is_done_after_coming_back_or_docking():
+    for line in ("come back, then turn around", "dock, then go to the sofa"):
+        assert parse_command(line) is None
+
+
+@pytest.mark.parametrize(
+    ("line", "command"),
+    [
+        ("Where is the sofa? Go to it.", GoTo(("sofa",))),
+        ("I have lost my lamp, please find it", GoTo(("lamp",))),
+        ("find the lamp and look at it", GoTo(("lamp",))),
+        ("where is the sofa and then the lamp", None),
+    ],
+)
+def test_it_is_what_was_named_before(line, command):
+    assert parse_command(line) == command
+
+
+@pytest.mark.parametrize(
+    ("line", "command"),
+    [
+        ("the baby is asleep, go to the sofa", GoTo(("sofa",))),
+        ("go to the sofa, it is urgent", GoTo(("sofa",))),
+        ("I was in the study, then to the sofa", Decline(Reason.CANNOT)),
+        ("she said, go to the sofa", Decline(Reason.CANNOT)),
+        ("go to the sofa, he says", Decline(Reason.CANNOT)),
+        ("the door is open", Decline(Reason.STATEMENT)),
+        ("go to the sofa if it is clean", Decline(Reason.CANNOT)),
+    ],
+)
+def test_what_is_told_beside_a_command_changes_nothing_unless_it_takes_it_back(line, command):
+    assert parse_typed(line) == command
+
+
+@pytest.mark.parametrize("code", languages())
+def test_no_name_holds_a_word_of_what_is_told(code):
+    language = load_language(code)
+    told = [
+        name
+        for name in language.lexicon.names
+        if language.grammar.typed(name) == Decline(Reason.STATEMENT)
+    ]
+    assert told == []
+
+
+@pytest.mark.parametrize("code", languages())
+@pytest.mark.parametrize(
+    "part",
+    ["so ", "now ", "sofa, ", "sofa and the ", "where ", "how many ", "before it ", "can you ",
+     "is ", "a ", "no, ", "the cat is here, ", "i ", "go to go to ", "und dann ", "wo ", "x", "'"],
+)  # fmt: skip
+def test_a_sentence_of_4000_letters_is_read_at_once(code, part):
+    grammar = load_language(code).grammar
+    line = (part * 4000)[:4000]
+    began = process_time()
+    grammar.typed(line)
+    assert process_time() - began < 0.5
+
+
 @pytest.mark.parametrize(
     "command",
     [Stop(), ComeBack(), Dock(), Explore(), GoTo(("sofa",)), GoTo(("sofa", "red lamp"), Dock()),
      GoTo(("bed",), ComeBack()), WhereIs("yellow chair"), All("door"), GoTo(("the kitchen",)),
-     GoTo(("Go to the kitchen",), ComeBack()), WhereIs("sofa now"), All("stop, look and listen")],
+     GoTo(("Go to the kitchen",), ComeBack()), WhereIs("sofa now"), All("stop, look and listen"),
+     GoTo(("sofa",), Move((AROUND,), GoTo(("it", "bed"), Dock()))), Move((AROUND,), Explore()),
+     Explore(GoTo(("the cat is here",))), Decline(Reason.STATEMENT)],
 )  # fmt: skip
 def test_a_command_in_words_means_the_same(command):
     assert parse_typed(command_text(command)) == command

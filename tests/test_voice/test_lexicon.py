@@ -52,7 +52,8 @@ def test_a_kind_of_what_it_knows_keeps_its_name():
 @pytest.mark.parametrize(
     ("written", "meant"),
     [("kitchn", "kitchen"), ("go to the yelow chair", "yellow chair"), ("bethroom", "bathroom"),
-     ("where is the refridgerator", "refrigerator"), ("coffe machine", "coffee machine")],
+     ("where is the refridgerator", "refrigerator"), ("coffe machine", "coffee machine"),
+     ("how many chiars are there", "chair")],
 )  # fmt: skip
 def test_what_is_written_alike_is_offered(written, meant):
     doubtful = understood(written)

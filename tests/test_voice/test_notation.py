@@ -6,9 +6,9 @@ import re
 import pytest
 
 from vizbot.operator.language.command import Decline, GoTo, command_name
-from vizbot.operator.language.command_grammar import KINDS
 from vizbot.operator.language.language import languages, load_language
 from vizbot.operator.language.notation import read_pattern
+from vizbot.operator.language.sentence_kinds import KINDS
 
 
 def reads(pattern, line, **parts):
@@ -27,6 +27,11 @@ def test_slots_read_any_words_numbers_and_units():
     assert reads("go {number} {unit}", "go 1.5 m")["number"] == "1.5"
     assert reads("go {number} {unit}", "go a m")["unit"] == "m"
     assert not reads("go {number} {unit}", "go far m")
+
+
+def test_of_two_ways_to_say_it_that_of_more_words_is_read():
+    assert reads("(go|go to) {goal}", "go to the sofa")["goal"] == "the sofa"
+    assert reads("(go|go to) {goal}", "go home")["goal"] == "home"
 
 
 def test_parts_have_names():

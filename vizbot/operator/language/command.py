@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TypeAlias
+from itertools import chain
+from typing import TypeAlias, cast
 
 from vizbot.behaviours.short_move import ShortMove
 from vizbot.objectnav.tasks import Task
@@ -34,7 +35,7 @@ class Explore:
         after: What to do then; None: stay there.
     """
 
-    after: ComeBack | Dock | None = None
+    after: Mission | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +48,7 @@ class GoTo:
     """
 
     goals: tuple[str, ...]
-    after: ComeBack | Dock | Explore | None = None
+    after: Mission | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,9 +112,11 @@ class Move:
 
     Attributes:
         moves: In this order; at least one.
+        after: What to do then; None: stay there.
     """
 
     moves: tuple[ShortMove, ...]
+    after: Mission | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +160,7 @@ class Reason(Enum):
 
     NOT = "not"
     CANNOT = "cannot"
+    STATEMENT = "statement"
     BACKWARDS = "backwards"
     TOO_FAR = "too far"
 
@@ -208,11 +212,13 @@ def command_name(command: Command) -> str:
     return _NAMES[type(command)]
 
 
-def goals_of(command: Command) -> tuple[str, ...]:
+def goals_of(command: Command | None) -> tuple[str, ...]:
     """The things and rooms that a command names, in order."""
     match command:
-        case GoTo(goals):
-            return goals
+        case GoTo(goals, after):
+            return (*goals, *goals_of(after))
+        case Explore(after) | Move(_, after):
+            return goals_of(after)
         case WhereIs(goal) | HowMany(goal) | All(goal) | Cancel(goal) | KeepOut(goal):
             return (goal,)
     return ()
@@ -221,40 +227,55 @@ def goals_of(command: Command) -> tuple[str, ...]:
 def with_goals(command: Command, goals: Sequence[str]) -> Command:
     """The same command for other goals, one for each of its own."""
     match command:
-        case GoTo():
-            return replace(command, goals=tuple(goals))
+        case GoTo(own):
+            rest = goals[len(own) :]
+            return _with_after(replace(command, goals=tuple(goals[: len(own)])), rest)
+        case Explore() | Move():
+            return _with_after(command, goals)
         case WhereIs() | HowMany() | All() | Cancel() | KeepOut():
             return replace(command, goal=goals[0])
     return command
+
+
+def _with_after(command: GoTo | Explore | Move, goals: Sequence[str]) -> Command:
+    """The same command with other goals in what it does then."""
+    if command.after is None:
+        return command
+    return replace(command, after=cast(Mission, with_goals(command.after, goals)))
+
+
+def split_goals(command: Command, parts: Callable[[str], Sequence[str]]) -> Command:
+    """The same command, which goes to each part of a goal in turn."""
+    if not isinstance(command, GoTo | Explore | Move):
+        return command
+    if isinstance(command, GoTo):
+        command = replace(command, goals=tuple(chain.from_iterable(map(parts, command.goals))))
+    if command.after is None:
+        return command
+    return replace(command, after=cast(Mission, split_goals(command.after, parts)))
 
 
 def task_requests(command: Mission) -> Sequence[str | Task | ShortMove]:
     """What a command puts in the robot's queue, in order."""
     match command:
         case GoTo(goals, after):
-            return [*goals, *([] if after is None else task_requests(after))]
+            first: list[str | Task | ShortMove] = [*goals]
+        case Move(moves, after):
+            first = [replace(move) for move in moves]  # each is a move of its own
+        case Explore(after):
+            first = [Task.EXPLORE]
         case All(goal):
             return [goal]
         case ComeBack():
             return [Task.COME_BACK]
         case Dock():
             return [Task.DOCK]
-        case Explore(after):
-            return [Task.EXPLORE, *([] if after is None else task_requests(after))]
-        case Move(moves):
-            return [replace(move) for move in moves]  # each is a move of its own
+    return [*first, *([] if after is None else task_requests(after))]
 
 
 def step_count(command: Command) -> int:
     """Of how many steps a command consists."""
-    match command:
-        case GoTo(goals, after):
-            return len(goals) + (0 if after is None else step_count(after))
-        case Explore(after):
-            return 1 + (0 if after is None else step_count(after))
-        case Move(moves):
-            return len(moves)
-    return 1
+    return len(task_requests(command)) if isinstance(command, MISSIONS) else 1
 
 
 def join_commands(commands: Sequence[Command | None]) -> Command | None:
@@ -262,8 +283,8 @@ def join_commands(commands: Sequence[Command | None]) -> Command | None:
 
     One that refuses makes the whole refuse.
     """
-    if len(commands) == 1:
-        return commands[0]
+    if len(commands) <= 1:
+        return commands[0] if commands else None
     if (forbids := Decline(Reason.NOT)) in commands:
         return forbids
     if None in commands:
@@ -272,28 +293,25 @@ def join_commands(commands: Sequence[Command | None]) -> Command | None:
         refused := next((each for each in commands if isinstance(each, Decline)), None)
     ) is not None:
         return refused
-    if moves := [move for each in commands if isinstance(each, Move) for move in each.moves]:
-        alone = all(isinstance(each, Move) for each in commands)
-        return Move(tuple(moves)) if alone else None
-    goals: list[str] = []
-    explore: Explore | None = None
-    home: ComeBack | Dock | None = None
-    for command in commands:
-        match command:
-            case GoTo(more, None) if explore is None and home is None:
-                goals += more
-            case Explore(after) if explore is None and home is None:
-                explore, home = Explore(), after
-            case Dock():
-                home = command
-            case ComeBack() if home is None:
-                home = command
-            case GoTo(more, after) if explore is None and home is None and after is not None:
-                goals += more
-                explore, home = (
-                    (Explore(), after.after) if isinstance(after, Explore) else (None, after)
-                )
-            case _:
-                return None
-    after = home if explore is None else Explore(home)
-    return GoTo(tuple(goals), after) if goals else after
+    joined, *sooner = reversed(commands)
+    for command in sooner:
+        joined = None if joined is None else _in_turn(command, joined)
+    return joined
+
+
+def _in_turn(first: Command | None, then: Command) -> Command | None:
+    """One command after the other, as one; None where nothing can come after the first."""
+    match first, then:
+        case (ComeBack() | Dock(), Dock()):
+            return then
+        case (Stop() | Yes() | No() | Ask(), _) if first == then:
+            return then
+        case (GoTo(goals, None), GoTo(more, after)):
+            return GoTo((*goals, *more), after)
+        case (Move(moves, None), Move(more_moves, after)):
+            return Move((*moves, *more_moves), after)
+        case (GoTo() | Explore() | Move(), GoTo() | Explore() | Move() | ComeBack() | Dock()):
+            after_first = then if first.after is None else _in_turn(first.after, then)
+            done = cast(Mission | None, after_first)
+            return None if done is None else replace(first, after=done)
+    return None

@@ -71,7 +71,7 @@ def load_language(code: str) -> Language:
     return Language(
         code,
         entries["name"],
-        Grammar(entries, lexicon.is_name),
+        Grammar(entries, lexicon.is_name, lexicon.knows),
         lexicon,
         entries["answers"],
         joint,

@@ -93,6 +93,11 @@ class Lexicon:
         """Whether these words are the name of a thing or room, and nothing besides."""
         return _known_form(words.casefold(), self.names) is not None
 
+    def knows(self, goal: str) -> bool:
+        """Whether every word of a goal is known, and one of them is a name."""
+        meaning, _, beside = self._read(goal)
+        return meaning.known and not beside
+
     def own(self, words: str) -> str:
         """What people call a thing or room that the encoder has another word for."""
         return words if words in self.names else self._own.get(words, words)
@@ -100,7 +105,7 @@ class Lexicon:
     def parts(self, goal: str, joint: str) -> tuple[str, ...]:
         """The goals in "sofa and bed", where each part of it has a name; else the goal alone."""
         parts = tuple(re.split(rf" {re.escape(joint)} ", goal))
-        return parts if all(self.read(part, alone=True).known for part in parts) else (goal,)
+        return parts if all(map(self.knows, parts)) else (goal,)
 
     def _read(self, goal: str) -> tuple[Meaning, list[str], list[str]]:
         """The meaning, without what may be meant instead; unknown words; those beside a name."""
@@ -193,7 +198,8 @@ def translating_lexicon(names: Mapping[str, str], small: Mapping[str, str]) -> L
 
 def _nearest(word: str, names: Iterable[str]) -> str | None:
     """The name that is written most alike; None where none is enough."""
-    ranked = [(_likeness(word, name), name) for name in names]
+    forms = singulars(word)
+    ranked = [(max(_likeness(form, name) for form in forms), name) for name in names]
     likeness, name = max(ranked, default=(0.0, ""))
     return name if likeness >= NEAR else None
 

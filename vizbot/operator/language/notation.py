@@ -40,6 +40,8 @@ class Pattern:
     def regex(self, numbers: Sequence[str] = (), units: Sequence[str] = ()) -> str:
         """What matches a blank and the words, once for each pattern that begins with a blank.
 
+        Of alternatives those of more words are tried first: "go to {goal}" before "go {goal}".
+
         Args:
             numbers: Words that stand for a number, beside digits.
             units: Words that stand for a unit of length.
@@ -51,7 +53,7 @@ class Pattern:
                 else piece.regex(numbers, units)
                 for piece in way
             )
-            for way in self.alternatives
+            for way in sorted(self.alternatives, key=len, reverse=True)
         )
         return f"(?:{ways}){'?' if self.optional else ''}"
 
@@ -120,11 +122,13 @@ def _alternatives(tokens: list[str], end: str) -> Pattern:
 def _word_regex(word: str, numbers: Sequence[str], units: Sequence[str]) -> str:
     if not word.startswith("{"):
         return " " + re.escape(word.casefold())
+    slot = SLOTS[word[1:-1]]
+    if "{" not in slot:
+        return f" {slot}"
     words = {
         "numbers": "|".join([r"\d+(?:[.,]\d+)?", *map(re.escape, numbers)]),
         "units": "|".join(map(re.escape, units)) or "(?!)",
     }
-    slot = SLOTS[word[1:-1]]
     for name, choice in words.items():
         slot = slot.replace(f"{{{name}}}", choice)
     return " " + slot

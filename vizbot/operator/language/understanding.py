@@ -7,13 +7,13 @@ drives to what nobody named.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from vizbot.operator.language.command import (
-    All,
+    MISSIONS,
     Command,
-    GoTo,
     goals_of,
+    split_goals,
     with_goals,
 )
 from vizbot.operator.language.language import Language
@@ -47,18 +47,13 @@ def understand(
         literal: Parts of goals that are taken literally.
         alone: Whether its goals were typed without a command around them.
     """
-    goals = [
-        part
-        for goal in goals_of(command)
-        for part in (
-            (goal,)
-            if _is_literal(goal, literal) or not isinstance(command, GoTo)
-            else language.lexicon.parts(goal, language.joint)
-        )
-    ]
-    if isinstance(command, GoTo):
-        command = replace(command, goals=tuple(goals))
-    read, notes = [], []
+
+    def parts(goal: str) -> tuple[str, ...]:
+        literally = _is_literal(goal, literal)
+        return (goal,) if literally else language.lexicon.parts(goal, language.joint)
+
+    command = split_goals(command, parts)
+    goals, read, notes = goals_of(command), [], []
     for place, goal in enumerate(goals):
         if _is_literal(goal, literal):
             read.append(goal)
@@ -81,7 +76,7 @@ def understand(
 def _question(command: Command, goal: str, near: str | None, language: Language) -> str:
     if near is not None:
         return language.say("did_you_mean", goal=near)
-    drives = isinstance(command, GoTo | All)
+    drives = isinstance(command, MISSIONS)
     return language.say("search_for" if drives else "look_for", goal=goal)
 
 

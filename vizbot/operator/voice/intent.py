@@ -235,7 +235,10 @@ def _read(
     if wake is not None and not isinstance(command, Stop | Yes | No):
         words = after_wake(hypothesis.text, wake) or ""
         command = grammar.heard(words)
-        if command == Decline(Reason.CANNOT):  # people talk to each other, too
+        if command in (
+            Decline(Reason.CANNOT),
+            Decline(Reason.STATEMENT),
+        ):  # people talk to each other, too
             command = None
     at_once, sure = grammar.is_urgent(words), _is_sure(hypothesis.score, top)
     if command is None:

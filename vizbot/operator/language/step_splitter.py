@@ -1,0 +1,186 @@
+"""Cuts a line of text into the steps that it asks for, and these free of what asks for nothing.
+
+"Hi, would you mind going to the sofa first, and then coming back?" has two steps, "go to the sofa"
+and "come back": politeness and fillers are left out, other spellings and forms of words are
+replaced, and what is to be done before something else comes first.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+MOST_STEPS = 60
+"""A line of more steps is not read."""
+_MOST_OPENINGS = 10
+"""Openings, and as many closings, that are taken from a step."""
+_LONGEST_CLOSING = 40
+"""Letters at the end of a step among which a closing is looked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of a line.
+
+    Attributes:
+        whole: Its words, with those that open and close it.
+        words: Without these; may be empty.
+        around: What opens and closes it.
+        ways: The ways to read it, the best one first: with fewer and fewer of the openings, each
+            with more and more of what closes it.
+    """
+
+    whole: str
+    words: str
+    around: str
+    ways: tuple[str, ...]
+
+
+class StepSplitter:
+    """Cuts the lines of one language into steps."""
+
+    def __init__(self, language: Mapping[str, Any], part: Callable[[str], str]) -> None:
+        """Take over a language.
+
+        Args:
+            language: As its file has it.
+            part: Makes the regular expression of a part of its patterns, by the part's name.
+
+        Raises:
+            KeyError: it lacks something.
+        """
+        words = language["words"]
+        self._and, self._then = words["and"][0], words["then"][0]
+        self._forms = {
+            word.casefold(): other
+            for word, other in (*language["spellings"].items(), *language["imperatives"].items())
+        }
+        spellings, imperatives = either(language["spellings"]), either(language["imperatives"])
+        self._misspelt = re.compile(rf"(?<![\w'-])(?:{spellings})(?![\w'-])")
+        verbal = either(words["before_imperatives"])
+        self._verbal = re.compile(rf"\b(?P<before>{verbal}) (?P<verb>{imperatives})\b")
+        self._contracted = re.compile(rf"(?<=\w)'s(?= (?:{either(words['after_is'])})\b)")
+        units = either(language["units"])
+        self._glued_unit = re.compile(rf"\b(\d+(?:[.,]\d+)?)({units})\b")
+        self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
+        self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
+        self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
+        self._opening = re.compile(rf"^{part('openings')}(?= |$)")
+        self._closing = re.compile(rf"{part('closings')}$")
+        self._joining = re.compile(rf",\s*(?=(?:{either(words['subordinate'])})\b)")
+        told, asked = either(words["subjects"]), either(words["run_on"])
+        self._run_on = re.compile(rf"((?:^|, )(?:{told}) [^,]+?) (?=(?:{asked}) )")
+        then, before, and_ = (either(words[name]) for name in ("then", "before_then", "and"))
+        sooner = either(words["sooner"])
+        verbs = either({*language["imperatives"].values()})
+        self._orders = tuple(
+            re.compile(order)
+            for place in ("before", "after")
+            for order in _orders(place, words, verbs)
+        )
+        self._sooner = re.compile(rf"(?:\s*,)?\s+(?:{before}) (?:{sooner})\b(?:\s*,)?\s*")
+        self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
+        late = either(words["before_late_then"])
+        self._late_then = re.compile(rf"(,|\b(?:{before})) ({late}) (?:{then})\b(?=[^,])")
+        starters = either(words["list_starters"])
+        apart = "".join(rf"(?<!\b{re.escape(word)})" for word in words["one_step_after"])
+        self._list = re.compile(
+            rf"\s*,\s*(?:{and_}) (?=\S)|\s*,\s*(?!\d)|{apart}\s+(?:{and_}) (?=(?:{starters})\b)"
+        )
+
+    def polished(self, line: str) -> str:
+        """The line in plain words, with a comma wherever a sentence has a pause."""
+        line = plain(re.sub(r"&|\+(?!\d)", f" {self._and} ", line))
+        spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
+        spelt = self._glued_unit.sub(r"\1 \2", self._contracted.sub(" is", spelt))
+        polished = self._at_once.sub(" ", self._fillers.sub(" ", spelt))
+        polished = tidy(self._joining.sub(" ", self._run_on.sub(r"\1, ", tidy(polished))))
+        imperative = self._verbal.sub(
+            lambda found: f"{found['before']} {self._forms[found['verb']]}", polished
+        )
+        told = tidy(self._reason.sub("", imperative))
+        in_order = self._late_then.sub(rf"\1 {self._then} \2", told)
+        for order in self._orders:
+            if (found := order.fullmatch(in_order)) is not None:
+                head = found.groupdict().get("head") or ""
+                in_order = f"{head}{found['sooner']}, {self._then} {found['later']}"
+        return in_order
+
+    def is_at_once(self, line: str) -> bool:
+        """Whether words of a line say that something is to be done at once."""
+        return self._at_once.search(plain(line)) is not None
+
+    def steps(self, polished: str) -> list[Step]:
+        """The steps of a polished line; none where it has too many of them."""
+        in_order = reversed(self._sooner.split(polished))
+        halves = (half for sooner in in_order for half in self._step.split(sooner))
+        parts = [part for half in halves for part in self._list.split(half)]
+        if len(parts) > MOST_STEPS:
+            return []
+        return [self._read(tidy(part).replace(", ", " ").strip(",")) for part in parts]
+
+    def _read(self, whole: str) -> Step:
+        left = [whole]
+        while len(left) <= _MOST_OPENINGS and left[-1]:
+            if (found := self._opening.match(f" {left[-1]}")) is None:
+                break
+            left.append(left[-1][max(found.end() - 1, 0) :].strip())
+        words = self._closings(left[-1])[0]
+        ways = dict.fromkeys(way for one in left for way in self._closings(one) if way)
+        around = whole.removesuffix(left[-1]) + left[-1].removeprefix(words)
+        return Step(whole, words, around, tuple(ways))
+
+    def _closings(self, words: str) -> list[str]:
+        """The words without all that closes them, then with more and more of it."""
+        ways = [words]
+        while len(ways) <= _MOST_OPENINGS:
+            head, tail = words[:-_LONGEST_CLOSING], words[-_LONGEST_CLOSING:]
+            padded = tail if head else f" {tail}"
+            if (found := self._closing.search(padded)) is None:
+                break
+            words = f"{head}{padded[: found.start()]}".strip()
+            ways.insert(0, words)
+        return ways
+
+
+def _orders(place: str, words: Mapping[str, Sequence[str]], verbs: str) -> tuple[str, ...]:
+    """What reads "before A, B", the same without a comma, and "B before A", or with "after".
+
+    Args:
+        place: "before" or "after", under which are the words that stand before what comes later, or
+            sooner; under "not_before" or "not_after" what begins like these and says something
+            else.
+        words: Of the language.
+        verbs: A regular expression of what B begins with where there is no comma.
+    """
+    named, other = ("later", "sooner") if place == "before" else ("sooner", "later")
+    marker = rf"(?!(?:{either(words[f'not_{place}'])})\b)(?:{either(words[place])})"
+    others = (*words["before_then"], *(words["phrasal"] if place == "after" else ()))
+    apart = "".join(rf"(?<!\b{re.escape(word)})" for word in others)
+    head = r"(?P<head>(?:.*?, )?)"
+    return (
+        rf"{head}{marker} (?P<{named}>[^,]+), (?P<{other}>.+)",
+        rf"{head}{marker} (?P<{named}>[^, ]+ [^,]+?) (?P<{other}>(?:{verbs})\b.*)",
+        rf"(?P<{other}>.+?){apart},? {marker} (?P<{named}>[^,]+)",
+    )
+
+
+def either(words: Iterable[str]) -> str:
+    """A regular expression for one of these, the longest first; it reads nothing without any."""
+    ordered = sorted((word.casefold() for word in words), key=len, reverse=True)
+    return "|".join(map(re.escape, ordered)) or "(?!)"
+
+
+def plain(line: str) -> str:
+    """Small letters, digits, apostrophes and hyphens; commas where a sentence has a pause."""
+    line = line.casefold().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
+    line = re.sub(r"\s[-\N{EN DASH}\N{EM DASH}]+\s|[-=]?>|[→\N{EM DASH}]", ", ", line)
+    line = re.sub(r"[,;:.!?…]+(?=\s|$)", ",", line)
+    return re.sub(r"[^\w',.-]+|(?<!\d)\.|\.(?!\d)", " ", line)
+
+
+def tidy(words: str) -> str:
+    """Words with single blanks, and one comma at most between them."""
+    return re.sub(r"\s*,[\s,]*(?!\d)", ", ", " ".join(words.split())).strip(", -")
