@@ -28,8 +28,8 @@ from vizbot.operator.voice.intent import (
     plain_utterance,
     resolve_command,
     resolve_goal,
-    similarity,
 )
+from vizbot.operator.voice.likeness import similarity
 
 THINGS = ("yellow chair", "bookshelf", "chair", "electric fan", "kitchen", "kid's room", "study")
 
