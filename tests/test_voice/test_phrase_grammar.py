@@ -216,3 +216,11 @@ def test_every_command_can_be_searched_for_in_a_sound():
             sentence = rng.choice(PHRASING.continued(sentence, HOUSEHOLD))
         drawn.add(command_name(ENGLISH.grammar.heard(sentence.text)))
     assert drawn >= example_names()
+
+
+def test_nothing_is_tried_that_takes_longer_to_say_than_the_sound():
+    pytest.importorskip("ctranslate2")
+    reader = Reader("Find the sofa, then the lamp, then come back.")
+    scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
+    long, short = (scorer.search(SOUND[:rows], THINGS)[0].text for rows in (500, 100))
+    assert len(short) <= 36 < len(long)

@@ -6,6 +6,7 @@ Words that are near something, but not near enough, leave a doubt for a person t
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -51,6 +52,9 @@ OTHER_WORDS = {
     word: name for table in (SYNONYMS, ROOMS) for name, words in table.items() for word in words
 }
 """What other words for a thing or room mean: they are known, however they sound."""
+
+
+_MARKS = re.compile(r"[^\w' -]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +163,8 @@ def choose_utterance(
         forbids something if it is the best free hypothesis, and nothing known fits better; else the
         sentence about known things that fits the sound well enough, unless a free hypothesis asks
         for more and all of that is known; else the first free hypothesis that is a command, if
-        possible about known things; else the words of the best hypothesis.
+        possible about known things; else the words of the best hypothesis. It is not sure where
+        the best free hypothesis names another thing that is known, or nothing known fits the sound.
     """
     if not free:
         return Utterance("", None)
@@ -189,7 +194,8 @@ def choose_utterance(
     fuller = next((each for each in heard if each in certain and _is_fuller(each, chosen)), chosen)
     if best in certain and not best.resolved:
         fuller = best
-    if known and not fitting and fuller is not best:
+    nothing_fits = bool(known) and not fitting and fuller is not best
+    if nothing_fits or _names_another(best.text, fuller, vocabulary):
         fuller = replace(fuller, sure=False)
     return replace(fuller, at_once=best.at_once)  # no sentence about what is known says so
 
@@ -255,6 +261,15 @@ def _read(
 def _is_sure(score: float, top: float) -> bool:
     """Whether a hypothesis was heard well beside the best free one."""
     return (top >= CERTAIN or score >= PLAIN) and score >= top - DOUBT
+
+
+def _names_another(text: str, utterance: Utterance, vocabulary: Sequence[str]) -> bool:
+    """Whether a thing that is known stands in a text, and is none that an utterance asks for."""
+    words = f" {plain_words(_MARKS.sub(' ', text))} "
+    meant = " ".join(goal for each in utterance.resolved for goal in (each.heard, each.goal))
+    return any(
+        f" {plain_words(thing)} " in words and thing not in meant.casefold() for thing in vocabulary
+    )
 
 
 def _is_fuller(one: Utterance, other: Utterance) -> bool:

@@ -47,7 +47,7 @@ _LONGEST_COMMAND = 10.0
 """Longest command [s]: whoever speaks longer talks to somebody else, and the search takes long."""
 _LETTERS_PER_SECOND = 10.0
 """Words that are fewer for their time may lack the end of what was said: Whisper drops some."""
-_LOOKED_AT, _ALIKE, _TRIED = 5, 10, 24
+_LOOKED_AT, _ALIKE, _TRIED = 5, 10, 30
 """Free hypotheses for which sentences are looked up that sound alike, how many for each, and how
 many of all of them are held against the sound."""
 _AS_WELL = 0.3
@@ -215,7 +215,7 @@ class Recogniser:
     def _alike(self, free: Sequence[Hypothesis], wake: str | None) -> list[str]:
         """Sentences of the grammar that sound like one of the best free hypotheses."""
         if self._bank is None:
-            self._bank = SentenceBank(self._language.grammar)
+            self._bank = SentenceBank(self._language.grammar, self._language.spoken.article)
         start = "" if wake is None else f"{wake.capitalize()}, "
         alike = dict[str, None]()
         for each in free[:_LOOKED_AT]:
