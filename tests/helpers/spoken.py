@@ -181,7 +181,7 @@ def missions(seed, voices):
     texts = [_mission(rng.choices(JOINS, k=count - 1), end, rng) for count, end in ends]
     texts += [_mission([rng.choice(JOINS[:3]), join], "", rng) for join in (*JOINS, SOONER)]
     rules = ENGLISH.grammar.rules
-    moves = [rule for rule in rules if NAMES.get(rule.kind) == "move"]
+    moves = [rule for rule in rules if rule.kind in ("turn_left", "turn_right", "forward")]
     explorations = [rule for rule in rules if rule.kind == "explore"]
     texts += [_followed(moves, ", then turn around", rng) for _ in range(4)]
     texts += [_followed(explorations, end, rng) for end in (ENDS[1], ENDS[3]) for _ in range(2)]

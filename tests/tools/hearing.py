@@ -38,7 +38,7 @@ from vizbot.operator.voice.recogniser import Recogniser
 
 HELD_OUT = 1
 """The half of the ways to say stop, and of their voices, on which nothing was chosen."""
-NOISES = {"quiet": None, "20 dB": 20, "10 dB": 10}
+NOISES = {"quiet": None, "10 dB": 10, "20 dB": 20}
 
 
 class Heard(StrEnum):
@@ -121,8 +121,8 @@ def main() -> None:
                 kept[kind][noise] = hearing_facts(became[kind])
                 sys.stderr.write(f"{noise}, {kind}: {kept[kind][noise]}\n")
             kept["sentences"][noise] = hearing_facts([*became["rules"], *became["missions"]])
-    text = json.dumps({**kept, "commit": commit(), "hardware": hardware()}, indent=1)
-    Path(sys.argv[1]).write_text(text + "\n")
+            text = json.dumps({**kept, "commit": commit(), "hardware": hardware()}, indent=1)
+            Path(sys.argv[1]).write_text(text + "\n")
 
 
 if __name__ == "__main__":

@@ -112,7 +112,7 @@ class Utterance:
         candidates = (meant.candidate for meant in self.resolved)
         if (candidate := next(filter(None, candidates), None)) is not None:
             return self.language.say("did_you_mean", goal=candidate)
-        if self.sure or not isinstance(self.command, MISSIONS):
+        if self.sure or not self.drives:
             return None
         return self.language.say("did_you_say", text=self.language.grammar.text(self.command))
 
@@ -120,6 +120,11 @@ class Utterance:
     def asks(self) -> bool:
         """Whether it is a command, and none that is refused."""
         return self.command is not None and not isinstance(self.command, Decline)
+
+    @property
+    def drives(self) -> bool:
+        """Whether the robot drives for it."""
+        return isinstance(self.command, MISSIONS)
 
     @property
     def obeys(self) -> bool:
@@ -160,11 +165,13 @@ def choose_utterance(
 
     Returns:
         A stop if it is the best free hypothesis, or another one where nothing known fits well; what
-        forbids something if it is the best free hypothesis, and nothing known fits better; else the
+        forbids something if it is the best free hypothesis, and nothing known fits better, or about
+        as well and does not drive; else the
         sentence about known things that fits the sound well enough, unless a free hypothesis asks
         for more and all of that is known; else the first free hypothesis that is a command, if
         possible about known things; else the words of the best hypothesis. It is not sure where
-        the best free hypothesis names another thing that is known, or nothing known fits the sound.
+        nothing known fits the sound, or where the best free hypothesis is a command that asks for
+        less, or fits the sound best and names another thing that is known.
     """
     if not free:
         return Utterance("", None)
@@ -181,8 +188,11 @@ def choose_utterance(
     best = heard[0]
     stop = next((utterance for utterance in heard if isinstance(utterance.command, Stop)), None)
     fits_better = bool(known) and known[0].score > top
-    if stop is best or (best.command == Decline(Reason.NOT) and not fits_better):
+    if stop is best:
         return best
+    if best.command == Decline(Reason.NOT) and not fits_better:
+        harmless = [each for each in read(known[:1], SLACK) if each.asks and not each.drives]
+        return next(iter(harmless), best)
     loss = LOSS_OF_UNKNOWN if _is_unknown(best, vocabulary) else LOSS
     loss = loss if stop is None else LOSS_OF_STOP
     fitting = read(known, loss)
@@ -195,7 +205,9 @@ def choose_utterance(
     if best in certain and not best.resolved:
         fuller = best
     nothing_fits = bool(known) and not fitting and fuller is not best
-    if nothing_fits or _names_another(best.text, fuller, vocabulary):
+    disputed = not fits_better and _names_another(best.text, fuller, vocabulary)
+    cut_short = fuller is not chosen and fuller is not best and best in certain
+    if nothing_fits or disputed or cut_short:
         fuller = replace(fuller, sure=False)
     return replace(fuller, at_once=best.at_once)  # no sentence about what is known says so
 
