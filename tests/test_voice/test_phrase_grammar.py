@@ -74,9 +74,9 @@ class Reader:
     """
 
     def __init__(self, said):
-        self.words = []
+        self.words = ["<end>"]
         self.said = self.encode(said)
-        self.sot_sequence, self.no_timestamps = [], 0
+        self.sot_sequence, self.no_timestamps, self.eot = [], 0, 0
 
     def encode(self, text):
         for word in text.split():
@@ -91,8 +91,8 @@ class Reader:
     def generate(self, _features, prompts, **_):
         (prompt,) = prompts
         logits = np.zeros((len(prompt), len(self.words)), np.float32)
-        for place in range(min(len(prompt), len(self.said))):
-            logits[place, self.said[place]] = 5.0
+        for place, token in enumerate([*self.said, self.eot][: len(prompt)]):
+            logits[place, token] = 5.0
         return [SimpleNamespace(logits=[list(logits)])]
 
 

@@ -50,6 +50,8 @@ _LETTERS_PER_SECOND = 10.0
 _LOOKED_AT, _ALIKE, _TRIED = 5, 10, 30
 """Free hypotheses for which sentences are looked up that sound alike, how many for each, and how
 many of all of them are held against the sound."""
+_WHOLE = 4
+"""Those of them that fit best, of which it is asked whether more is said after them."""
 _AS_WELL = 0.3
 """How much worse than the best free hypothesis such a sentence may fit and nothing is searched."""
 _FEATURES = 3000
@@ -227,9 +229,12 @@ class Recogniser:
         """Texts as hypotheses whose scores compare with that of a free one, best first."""
         if not texts:
             return []
-        fit_of_best, *fits = self._scorer.mean_fits(rows, [best.text, *texts])
+        fits = self._scorer.mean_fits(rows, texts)
+        best_first = sorted(zip(fits, texts, strict=True), reverse=True)[:_WHOLE]
+        likely = [text for _, text in best_first]
+        fit_of_best, *fits = self._scorer.whole_fits(rows, [best.text, *likely])
         scores = (best.score + fit - fit_of_best for fit in fits)
-        hypotheses = [Hypothesis(text, score) for text, score in zip(texts, scores, strict=True)]
+        hypotheses = [Hypothesis(text, score) for text, score in zip(likely, scores, strict=True)]
         return sorted(hypotheses, key=lambda hypothesis: -hypothesis.score)
 
 
