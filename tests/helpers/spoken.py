@@ -17,11 +17,13 @@ import pytest
 from vizbot.operator.language.command import (
     All,
     ComeBack,
-    Decline,
     Dock,
     GoTo,
     Stop,
     WhereIs,
+    command_name,
+    goals_of,
+    step_count,
 )
 from vizbot.operator.language.language import ENGLISH
 from vizbot.operator.session.vocabulary import HOUSEHOLD
@@ -103,7 +105,25 @@ BUILDING, FINAL = (7, VOICES[0::2]), (1234, (("en-us+m1", 155), ("en-gb-x-gbclan
 that are heard once."""
 ENDS = ("", ", then come back", " and come back", ", then dock", " and explore", ", then explore")
 LEADS = ("go to the {}", "find the {}", "take me to the {}", "could you please go to the {}")
-JOINS = (", then the {}", " and then go to the {}", ", then find the {}")
+JOINS = (
+    ", then the {}",
+    " and then go to the {}",
+    ", then find the {}",
+    ", after that the {}",
+    ", afterwards go to the {}",
+    " followed by the {}",
+    ", and next the {}",
+    ", the {}",
+    " and the {}",
+)
+SOONER = ", but first go to the {}"
+"""Joins what is done before the rest; nothing stands behind it."""
+NAMES = {
+    "place": "where are you", "sight": "what do you see", "task": "what are you doing",
+    "where": "where is", "go": "go to", "turn_left": "move", "turn_right": "move",
+    "turn_around": "move", "forward": "move", "backwards": "nothing: backwards",
+}  # fmt: skip
+"""What the command is called that a kind of pattern asks for; that of others is called alike."""
 
 _PAUSE = 0.4
 
@@ -131,54 +151,101 @@ def utterances(half):
     return spoken
 
 
-def stops(half):
-    """Every way to say stop of a half by every voice of that half."""
+def stops(half, voices=None):
+    """Every way to say stop of a half by every voice, as a default by those of that half."""
     goals = HOUSEHOLD[half::2]
     return [
         SpokenSample(phrase.format(a=goals[5 * place % len(goals)]), voice, speed, Stop())
         for place, phrase in enumerate(STOPS[half::2])
-        for voice, speed in VOICES[half::2]
+        for voice, speed in voices or VOICES[half::2]
     ]
 
 
 def ruled(seed, voices):
-    """A sentence of each pattern of the grammar; those with "stop" in them are left to `stops`."""
-    rng, texts = random.Random(seed), []
-    for rule in ENGLISH.grammar.rules:
-        goal = rng.choice(HOUSEHOLD)
-        slots = {
-            "goal": _plural(goal) if rule.kind in ("all", "how_many") else f"the {goal}",
-            "number": "ninety" if rule.kind.startswith("turn") else "two",
-            "unit": "metres",
-            "word": "could",
-            "rest": "so far",
-        }
-        texts += [rule.pattern.sentence(slots, rng) for _ in range(8 if rule.kind == "go" else 1)]
+    """A sentence of each pattern of the grammar, in its order; four of each that says "go"."""
+    rng = random.Random(seed)
+    texts = [
+        rule_text(rule, rng)
+        for rule in ENGLISH.grammar.rules
+        for _ in range(4 if rule.kind == "go" else 1)
+    ]
     return _spoken(texts, voices)
 
 
 def missions(seed, voices):
-    """Missions of up to three goals, each with all that may stand at its end."""
-    rng, texts = random.Random(seed), []
-    for count, end in itertools.product((1, 2, 3), ENDS * 3):
-        first, *others = rng.sample(HOUSEHOLD, count)
-        joined = "".join(rng.choice(JOINS).format(other) for other in others)
-        texts.append(rng.choice(LEADS).format(first) + joined + end)
+    """Missions of up to three goals with all that may stand at their end, one of three goals for
+    each join, and what is joined without a goal: moves, and explorations with their end.
+    """
+    rng = random.Random(seed)
+    ends = itertools.product((1, 2, 3), ENDS)
+    texts = [_mission(rng.choices(JOINS, k=count - 1), end, rng) for count, end in ends]
+    texts += [_mission([rng.choice(JOINS[:3]), join], "", rng) for join in (*JOINS, SOONER)]
+    rules = ENGLISH.grammar.rules
+    moves = [rule for rule in rules if rule.kind in ("turn_left", "turn_right", "forward")]
+    explorations = [rule for rule in rules if rule.kind == "explore"]
+    texts += [_followed(moves, ", then turn around", rng) for _ in range(4)]
+    texts += [_followed(explorations, end, rng) for end in (ENDS[1], ENDS[3]) for _ in range(2)]
     return _spoken(texts, voices)
 
 
+def rule_text(rule, rng):
+    """A sentence of a pattern that is read as what the pattern asks for."""
+    turns, many = rule.kind.startswith("turn"), rule.kind in ("all", "how_many")
+    name = NAMES.get(rule.kind, rule.kind.replace("_", " "))
+
+    def draw():
+        goal = rng.choice(HOUSEHOLD)
+        slots = {
+            "goal": _plural(goal) if many else f"the {goal}",
+            "number": rng.choice(("ten", "thirty", "ninety") if turns else ("one", "two", "three")),
+            "unit": rng.choice(("metres", "feet", "steps")),
+            "word": "could",
+            "rest": "see here",
+        }
+        return rule.pattern.sentence(slots, rng)
+
+    return _drawn(draw, lambda command: command_name(command) == name)
+
+
+def _mission(joins, end, rng):
+    """A sentence that asks for one thing more than it has joins, and for what is at its end."""
+
+    def draw():
+        first, *others = rng.sample(HOUSEHOLD, 1 + len(joins))
+        joined = (join.format(other) for join, other in zip(joins, others, strict=True))
+        return rng.choice(LEADS).format(first) + "".join(joined) + end
+
+    return _drawn(draw, lambda command: step_count(command) == 1 + len(joins) + bool(end))
+
+
+def _followed(rules, end, rng):
+    """A sentence of one of some patterns, and what is at its end."""
+    return _drawn(
+        lambda: rule_text(rng.choice(rules), rng) + end, lambda command: step_count(command) == 2
+    )
+
+
+def _drawn(draw, fits):
+    """What is drawn first and is a command that fits, about nothing but things of the household."""
+    for _ in range(200):
+        command = ENGLISH.grammar.heard(text := draw())
+        if command is None or not fits(command):
+            continue
+        if {*goals_of(_resolved(command))} <= {*HOUSEHOLD}:
+            return text
+    raise AssertionError(f"{text!r} and others are read as something else")
+
+
 def _spoken(texts, voices):
-    """The texts that are commands and no stops, with their voices in turn."""
-    read = ((text, ENGLISH.grammar.heard(text)) for text in texts)
-    meant = [
-        (text, resolve_command(command, HOUSEHOLD)[0])
-        for text, command in read
-        if not isinstance(command, Stop | Decline | None)
-    ]
+    """The texts with their voices in turn, and what they mean."""
     return [
-        SpokenSample(text, *voice, command)
-        for (text, command), voice in zip(meant, itertools.cycle(voices), strict=False)
+        SpokenSample(text, *voice, _resolved(ENGLISH.grammar.heard(text)))
+        for text, voice in zip(texts, itertools.cycle(voices), strict=False)
     ]
+
+
+def _resolved(command):
+    return resolve_command(command, HOUSEHOLD)[0]
 
 
 def _meant(kind, phrase, a, b):

@@ -28,8 +28,8 @@ from vizbot.operator.voice.intent import (
     plain_utterance,
     resolve_command,
     resolve_goal,
-    similarity,
 )
+from vizbot.operator.voice.likeness import similarity
 
 THINGS = ("yellow chair", "bookshelf", "chair", "electric fan", "kitchen", "kid's room", "study")
 
@@ -202,6 +202,8 @@ def test_what_forbids_is_not_taken_for_what_it_forbids():
     forbids = [("Don't go to the kitchen.", -0.4)]
     assert heard(forbids, [("Go to the kitchen.", -1.0)]).command == Decline(Reason.NOT)
     assert heard([("Don't.", -1.9)], [("Dock.", -1.7)]).command == Dock()
+    denies = [("Is there no chair here?", -0.9)]
+    assert heard(denies, [("Is there the chair here?", -1.0)]).command == WhereIs("chair")
 
 
 def test_what_drives_and_was_not_heard_well_is_asked_back():
@@ -245,3 +247,33 @@ def test_german_is_understood_from_what_whisper_writes():
     ):
         hypotheses = [Hypothesis(text, -0.2)]
         assert choose_utterance(hypotheses, [], words, language=german).command == command
+
+
+def test_a_command_is_asked_back_where_the_best_guess_names_another_thing_that_is_known():
+    free = [("Go to the study. No, then come back.", -0.9)]
+    disputed = heard(free, [("Go to the chair, then come back.", -1.0)])
+    assert disputed.command == GoTo(("chair",), ComeBack())
+    assert disputed.question is not None
+    assert heard(free, [("Go to the chair, then come back.", -0.5)]).question is None
+    agreed = [("Go to the yellow care. Then comeback.", -0.9)]
+    assert heard(agreed, [("Go to the yellow chair.", -0.9)]).question is None
+
+
+def test_a_guess_that_is_not_the_best_is_asked_back_where_nothing_known_fits():
+    free = [("At the floor info alone.", -0.9), ("Let's go to the kitchen.", -1.2)]
+    assert heard(free, [("Explore.", -5.4)]).question == 'did you say "go to kitchen"?'
+    assert heard(free).question is None
+
+
+def test_a_plain_command_without_a_thing_is_believed_however_it_was_heard():
+    unclear = PLAIN - 0.5
+    assert plain_utterance([Hypothesis("What do you see?", unclear)], THINGS) is not None
+    perhaps_stop = [Hypothesis("Go on.", unclear), Hypothesis("Stop.", unclear - 0.1)]
+    assert plain_utterance(perhaps_stop, THINGS) is None
+
+
+def test_a_fuller_guess_is_asked_back_where_the_best_one_is_a_command_that_asks_for_less():
+    free = [("Go to the kitchen.", -0.6), ("Go to the kitchen. Come back.", -0.9)]
+    doubtful = heard(free, [("Go to the kitchen.", -0.6)])
+    assert doubtful.command == GoTo(("kitchen",), ComeBack())
+    assert doubtful.question is not None

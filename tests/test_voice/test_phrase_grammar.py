@@ -1,6 +1,7 @@
 """Sentences that are searched for, and the search among them."""
 
 import random
+import tomllib
 from itertools import product
 from types import NoneType, SimpleNamespace
 
@@ -9,23 +10,35 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.helpers.spoken import BUILDING, FINAL, missions, ruled
+from tests.helpers.spoken import (
+    BUILDING,
+    FINAL,
+    JOINS,
+    NAMES,
+    SOONER,
+    VOICES,
+    missions,
+    ruled,
+)
+from tests.tools.hearing import Heard, hearing_facts, judged
 from vizbot.operator.language.command import (
     ComeBack,
     Dock,
     Explore,
     GoTo,
+    WhereIs,
     command_name,
     goals_of,
 )
-from vizbot.operator.language.language import ENGLISH
+from vizbot.operator.language.language import ENGLISH, FOLDER
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.beam_search import PhraseScorer
+from vizbot.operator.voice.intent import Utterance
 from vizbot.operator.voice.phrase_grammar import Sentence, Stage
 
 PHRASING = ENGLISH.spoken
 THINGS = ("sofa", "lamp", "chest of drawers")
-SOUND, NOISE = np.zeros((3, 4), np.float32), np.zeros((2, 4), np.float32)
+SOUND, NOISE = np.zeros((500, 4), np.float32), np.zeros((2, 4), np.float32)
 
 
 @given(st.data())
@@ -55,18 +68,32 @@ def test_several_of_a_kind():
 
 
 class Reader:
-    """A model to which a word is likely where it was said, and in noise none more than another."""
+    """A model to which a word is likely where it was said, and in noise none more than another.
+
+    Its tokens are numbers of words, those of `words`.
+    """
 
     def __init__(self, said):
-        self.said = said.split()
-        self.sot_sequence = [0]
+        self.words = ["<end>"]
+        self.said = self.encode(said)
+        self.sot_sequence, self.no_timestamps, self.eot = [], 0, 0
 
     def encode(self, text):
-        return text.split()
+        for word in text.split():
+            if word not in self.words:
+                self.words.append(word)
+        return [self.words.index(word) for word in text.split()]
 
     def align(self, _features, _start, texts, lengths):
         said = self.said if lengths[0] == len(SOUND) else []
         return [SimpleNamespace(text_token_probs=_probabilities(said, text)) for text in texts]
+
+    def generate(self, _features, prompts, **_):
+        (prompt,) = prompts
+        logits = np.zeros((len(prompt), len(self.words)), np.float32)
+        for place, token in enumerate([*self.said, self.eot][: len(prompt)]):
+            logits[place, token] = 5.0
+        return [SimpleNamespace(logits=[list(logits)])]
 
 
 def _probabilities(said, text):
@@ -116,7 +143,7 @@ def test_what_whisper_drops_at_the_end_is_found():
     reader = Reader("Find the lamp, then come back.")
     scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
     assert scorer.completed(SOUND, "Find the lamp.") == "Find the lamp, then come back."
-    reader.said = ["Find", "the", "lamp."]
+    reader.said = reader.encode("Find the lamp.")
     assert scorer.completed(SOUND, "Find the lamp.") == "Find the lamp."
 
 
@@ -125,21 +152,60 @@ def example_names():
     return {command_name(ENGLISH.grammar.heard(text)) for text in ENGLISH.grammar.examples}
 
 
-def test_the_sentences_that_are_spoken_cover_the_grammar_joins_and_three_goals():
-    spoken = [each for make in (ruled, missions) for each in make(*BUILDING)]
-    final = [each for make in (ruled, missions) for each in make(*FINAL)]
-    assert len(spoken) >= 160 and len(final) >= 160
-    assert not {each.voice for each in spoken} & {each.voice for each in final}
-    named = {command_name(each.command) for each in spoken}
-    assert named >= {
-        command_name(ENGLISH.grammar.heard(text)) for text in ENGLISH.grammar.examples
-    } - {"stop"}
+SETS = {"building": BUILDING, "final": FINAL}
+
+
+@pytest.mark.parametrize("samples", SETS.values(), ids=SETS)
+def test_of_every_pattern_of_the_grammar_a_sentence_is_spoken(samples):
+    spoken = [(f" {each.text}", each.command) for each in ruled(*samples)]
+    for rule in ENGLISH.grammar.rules:
+        name = NAMES.get(rule.kind, rule.kind.replace("_", " "))
+        read = [command for text, command in spoken if rule.regex.fullmatch(text)]
+        assert name in map(command_name, read), rule.pattern
+
+
+@pytest.mark.parametrize("samples", SETS.values(), ids=SETS)
+def test_missions_have_up_to_three_goals_every_join_and_every_end(samples):
+    spoken = missions(*samples)
     ends = {
         (len(command.goals), type(command.after))
         for command in (each.command for each in spoken)
         if isinstance(command, GoTo)
     }
-    assert ends >= set(product((1, 2, 3), (NoneType, ComeBack, Dock, Explore)))
+    assert ends == set(product((1, 2, 3), (NoneType, ComeBack, Dock, Explore)))
+    texts = " ".join(each.text for each in spoken)
+    assert all(join.partition("{}")[0] in texts for join in (*JOINS, SOONER))
+
+
+def test_every_word_for_what_comes_next_joins_goals():
+    words = tomllib.loads((FOLDER / "en.toml").read_text())["words"]
+    joins = " ".join(JOINS)
+    assert all(word in joins for word in words["then"])
+
+
+def test_the_second_set_is_spoken_by_other_voices_and_says_other_sentences():
+    building, final = ([*ruled(*each), *missions(*each)] for each in (BUILDING, FINAL))
+    assert len(building) >= 160 and len(final) >= 160
+    assert not {each.voice for each in building} & {each.voice for each in final}
+    voices = {voice for voice, _ in VOICES}
+    assert not voices & {each.voice for each in final}
+    same = {each.text for each in building} & {each.text for each in final}
+    assert len(same) < len(final) / 4
+
+
+def test_what_became_of_a_sentence():
+    meant = GoTo(("sofa",))
+    for utterance, became in (
+        (Utterance("", meant), Heard.UNDERSTOOD),
+        (Utterance("", meant, sure=False), Heard.ASKED),
+        (Utterance("", GoTo(("lamp",)), sure=False), Heard.ASKED_WRONGLY),
+        (Utterance("", GoTo(("lamp",))), Heard.DRIVES_WRONGLY),
+        (Utterance("", WhereIs("sofa")), Heard.MISSED),
+        (Utterance("", None), Heard.MISSED),
+    ):
+        assert judged(utterance, meant) is became
+    facts = hearing_facts([Heard.UNDERSTOOD, Heard.ASKED, Heard.UNDERSTOOD, Heard.MISSED])
+    assert (facts["count"], facts["of"], facts["asked"], facts["missed"]) == (2, 4, 1, 1)
 
 
 def test_every_command_can_be_searched_for_in_a_sound():
@@ -150,3 +216,11 @@ def test_every_command_can_be_searched_for_in_a_sound():
             sentence = rng.choice(PHRASING.continued(sentence, HOUSEHOLD))
         drawn.add(command_name(ENGLISH.grammar.heard(sentence.text)))
     assert drawn >= example_names()
+
+
+def test_nothing_is_tried_that_takes_longer_to_say_than_the_sound():
+    pytest.importorskip("ctranslate2")
+    reader = Reader("Find the sofa, then the lamp, then come back.")
+    scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
+    long, short = (scorer.search(SOUND[:rows], THINGS)[0].text for rows in (500, 100))
+    assert len(short) <= 36 < len(long)

@@ -30,10 +30,16 @@ PRIOR = 0.5
 END = 0.5
 """How much worse a sentence with something at its end may fit than one without it, in the mean of
 its tokens: what is not said makes it worse by 0.9 and more where it is quiet."""
+ROWS_PER_SECOND = 50
+"""Rows of an encoded sound for each second."""
+ENDED = -1.5
+"""Logarithm of the probability that nothing more is said, from which a sentence is believed to be
+whole: of the sentences for building whole ones had -1.1 and more where it is quiet, those that were
+cut at a comma or at "and" less than -1.5."""
 FOUND = 1.0
 """Log odds of a thing that the running map finds: it is asked for e times as often as others."""
-_KEPT = {Stage.OPENING: 2, Stage.VERB: 4, Stage.ARTICLE: 4, Stage.REST: 4, Stage.NEXT_GOAL: 3}
-"""Width of the beam after a stage; 5 after others."""
+_KEPT = {Stage.OPENING: 2, Stage.REST: 2, Stage.NEXT_GOAL: 2}
+"""Width of the beam after a stage; 3 after others."""
 _SHORTLIST = 8
 """Goals tried with each beginning but the best one, which is tried with every goal."""
 _FAR = 10.0
@@ -41,6 +47,15 @@ _FAR = 10.0
 _JOINT = 5.0
 """Allowance for a sentence that goes on, since its end still explains some of the sound."""
 _LEAST = 1e-9
+_NEXT = 12
+"""Pieces of a sentence that are tried at most, the likeliest by their first token, and all others
+that begin with one of these tokens."""
+_UNLIKELY = 6.0
+"""Those that are this far below the likeliest one are not tried [log]."""
+_ENDS_LOOKED_AT = 6
+"""Whole sentences of which it is asked whether more is said after them."""
+_FASTEST = 18.0
+"""Letters in a second of the sound and its tail, which nobody speaks faster than."""
 _GOAL_STAGES = (Stage.GOAL, Stage.GOALS, Stage.NEXT_GOAL)
 
 
@@ -77,15 +92,34 @@ class PhraseScorer:
         """The same in the mean of each text's tokens."""
         return [float(read.mean()) for read in self._read(encoded, texts)]
 
+    def whole_fits(self, encoded: Encoded, texts: Sequence[str]) -> list[float]:
+        """The same where nothing more is said after each text."""
+        read = self._read(encoded, texts)
+        ends = [self._end_fit(encoded, text) for text in texts]
+        return [
+            float((each.sum() + end) / (len(each) + 1))
+            for each, end in zip(read, ends, strict=True)
+        ]
+
     def completed(self, encoded: Encoded, text: str) -> str:
         """The same sentence, with what is asked for at its end where that is in the sound, too.
 
         Whisper drops the end of some sentences without a trace.
         """
-        texts = [text, *self._phrasing.further(text)]
-        fit, *fits = self.mean_fits(encoded, texts)
+        if self._end_fit(encoded, text) >= ENDED:
+            return text
+        further = self._phrasing.further(text)
+        fit, *fits = self.mean_fits(encoded, [text, *further])
         best = max(range(len(fits)), key=fits.__getitem__)
-        return texts[1 + best] if fits[best] >= fit - END else text
+        if fits[best] >= fit - END:
+            return further[best]
+        whole, longer = self.whole_fits(encoded, [text, further[best]])
+        return further[best] if longer > whole else text
+
+    def _end_fit(self, encoded: Encoded, text: str) -> float:
+        """Logarithm of the probability that nothing more is said after a text."""
+        expected = self._next_tokens(encoded, self._tokenizer.encode(" " + text))
+        return float(expected[self._tokenizer.eot])
 
     def _read(self, encoded: Encoded, texts: Sequence[str]) -> list[NDArray[np.float64]]:
         """The logarithms of the probabilities of each text's tokens."""
@@ -129,8 +163,12 @@ class PhraseScorer:
             done += [each for each in grown if each.stage is Stage.DONE]
             least = max(each.score for each in [*grown, *done]) - _FAR
             going = [each for each in grown if each.stage is not Stage.DONE and each.score > least]
-            beam = going[: _KEPT.get(stage, 5)]
-        return sorted(done, key=_badness)
+            beam = going[: _KEPT.get(stage, 3)]
+        best = sorted(done, key=_badness)[:_ENDS_LOOKED_AT]
+        ended = [
+            replace(each, score=each.score + self._end_fit(encoded, each.text)) for each in best
+        ]
+        return sorted(ended, key=_badness)
 
     def _grown(
         self,
@@ -142,11 +180,54 @@ class PhraseScorer:
         """All sentences that the beam may become with one piece more."""
         grown: list[Sentence] = []
         for sentence in beam:
-            here = self._scored(encoded, sentence, self._phrasing.continued(sentence, goals), found)
+            further = self._likely(encoded, sentence, self._phrasing.continued(sentence, goals))
+            here = self._scored(encoded, sentence, further, found)
             if sentence is beam[0] and sentence.stage in _GOAL_STAGES:
                 goals = [each.piece for each in sorted(here, key=_badness)[:_SHORTLIST]]
             grown += here
         return grown
+
+    def _likely(
+        self, encoded: Encoded, sentence: Sentence, further: Sequence[Sentence]
+    ) -> Sequence[Sentence]:
+        """Those of the sentences that may have been said in the time, and begin likely enough."""
+        letters = _FASTEST * len(encoded) / ROWS_PER_SECOND
+        sayable = [each for each in further if len(each.text) <= letters] or further[:1]
+        if len(sayable) <= _NEXT:
+            return sayable
+        begun = self._tokenizer.encode(" " + sentence.text) if sentence.text else []
+        tokens = [self._tokenizer.encode(" " + each.text) for each in sayable]
+        if any(each[: len(begun)] != begun or len(each) == len(begun) for each in tokens):
+            return sayable
+        expected = self._next_tokens(encoded, begun)
+        firsts = [each[len(begun)] for each in tokens]
+        likeliest = sorted({*firsts}, key=lambda token: -expected[token])
+        least = max(
+            expected[sorted(firsts, key=lambda token: -expected[token])[_NEXT - 1]],
+            expected[likeliest[0]] - _UNLIKELY,
+        )
+        return [
+            each for each, token in zip(sayable, firsts, strict=True) if expected[token] >= least
+        ]
+
+    def _next_tokens(self, encoded: Encoded, begun: Sequence[int]) -> NDArray[np.float32]:
+        """The logarithm of the probability of each token after those that were said."""
+        import ctranslate2
+
+        prompt = [*self._tokenizer.sot_sequence, self._tokenizer.no_timestamps, *begun]
+        (result,) = self._whisper.generate(
+            ctranslate2.StorageView.from_array(np.ascontiguousarray(encoded[None])),
+            [prompt],
+            beam_size=1,
+            max_length=max(2 * len(begun) + 2, len(prompt) + 1),  # half of it are steps at most
+            return_logits_vocab=True,
+            suppress_blank=False,
+            suppress_tokens=[],
+        )
+        logits = np.asarray(result.logits[0][len(begun)], np.float32).reshape(-1)
+        shifted = logits - logits.max()
+        expected: NDArray[np.float32] = shifted - np.log(np.exp(shifted).sum())
+        return expected
 
     def _scored(
         self,

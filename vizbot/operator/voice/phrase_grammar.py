@@ -116,6 +116,11 @@ class Phrasing:
                 return f"{first.removesuffix(end)}{ends}{of}{rest}"
         return goal
 
+    @property
+    def article(self) -> str:
+        """What usually stands before a thing."""
+        return str(self._articles[0])
+
     def further(self, text: str) -> list[str]:
         """A whole sentence about a goal with each thing that may be asked for at its end."""
         return [f"{text.rstrip('.!?')}{end}" for end in self._ends]

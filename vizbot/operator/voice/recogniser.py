@@ -1,9 +1,9 @@
 """Recognises speech with Whisper: from sound to a command.
 
 Whisper first decodes freely, with examples and the words of the running map as hints. Where that is
-a plain command about known things, heard well, it is believed. Otherwise a search finds the
-sentence about known things that fits the sound best. It is taken if it fits nearly as well as the
-free hypothesis, unless that asks for more; otherwise that hypothesis is, if it is a command.
+a plain command about known things, heard well, it is believed. Otherwise a sentence of the grammar
+is looked for that sounds alike, or searched for in the sound. It is taken if it fits nearly as well
+as the free hypothesis, unless that asks for more; otherwise that hypothesis is, if it is a command.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import SPEECH
 from vizbot.operator.language.command import GoTo
 from vizbot.operator.language.language import ENGLISH, Language
-from vizbot.operator.voice.beam_search import Encoded, PhraseScorer
+from vizbot.operator.voice.beam_search import ROWS_PER_SECOND, Encoded, PhraseScorer
 from vizbot.operator.voice.intent import (
     PLAIN,
     Hypothesis,
@@ -29,6 +29,7 @@ from vizbot.operator.voice.intent import (
     choose_utterance,
     plain_utterance,
 )
+from vizbot.operator.voice.sentence_bank import SentenceBank
 from vizbot.operator.voice.sound import Sound, read_sound
 from vizbot.operator.voice.sound_decoder import RATE
 
@@ -40,14 +41,19 @@ if TYPE_CHECKING:
 _HYPOTHESES = 10
 _LONGEST = 60
 """Tokens of an answer; a command has less than 40, and noise may make Whisper repeat itself."""
-_ROWS_PER_SECOND = 50
-"""Rows of the encoded sound for each second."""
 _TAIL = 50
 """Rows of the encoded sound that are read after its end."""
 _LONGEST_COMMAND = 10.0
 """Longest command [s]: whoever speaks longer talks to somebody else, and the search takes long."""
 _LETTERS_PER_SECOND = 10.0
 """Words that are fewer for their time may lack the end of what was said: Whisper drops some."""
+_LOOKED_AT, _ALIKE, _TRIED = 5, 10, 30
+"""Free hypotheses for which sentences are looked up that sound alike, how many for each, and how
+many of all of them are held against the sound."""
+_WHOLE = 4
+"""Those of them that fit best, of which it is asked whether more is said after them."""
+_AS_WELL = 0.3
+"""How much worse than the best free hypothesis such a sentence may fit and nothing is searched."""
 _FEATURES = 3000
 """Spectra of Whisper's window of 30 s."""
 _REMEDY = "pip install faster-whisper"
@@ -89,6 +95,7 @@ class Recogniser:
         self._tokenizer = _tokenizer(self._model, model, language)
         noise = _rows(self._encode(_noise()), len(_noise()))
         self._scorer = PhraseScorer(self._model.model, self._tokenizer, noise, language.spoken)
+        self._bank: SentenceBank | None = None
         self.learn(())
 
     def learn(self, found: Sequence[str]) -> None:
@@ -123,7 +130,10 @@ class Recogniser:
         free = self._free_hypotheses(encoded)
         rows = _rows(encoded, len(spoken))
         plain = plain_utterance(free, self.vocabulary, wake, self._language)
-        if plain is not None and len(plain.text) >= _LETTERS_PER_SECOND * len(spoken) / RATE:
+        long_enough = (
+            len(free[0].text) >= _LETTERS_PER_SECOND * len(spoken) / RATE if free else False
+        )
+        if plain is not None and (long_enough or not plain.resolved):
             return self._completed(rows, plain, wake)
         known = self._known(rows, free, wake)
         return choose_utterance(free, known, self.vocabulary, wake, found, self._language)
@@ -182,20 +192,50 @@ class Recogniser:
         return plain_utterance(whole, self.vocabulary, wake, self._language) or plain
 
     def _known(self, rows: Encoded, free: list[Hypothesis], wake: str | None) -> list[Hypothesis]:
-        """The best sentence about a known thing, scored beside the best free hypothesis."""
-        if not free or len(rows) > _LONGEST_COMMAND * _ROWS_PER_SECOND:
+        """Sentences that the grammar makes, scored beside the best free hypothesis, best first.
+
+        They are those that sound like what was heard freely, and, unless one of these fits the
+        sound about as well as that, the one that a search finds.
+        """
+        if not free or len(rows) > _LONGEST_COMMAND * ROWS_PER_SECOND:
             return []
         if wake is not None and after_wake(free[0].text, wake) is None:
             return []
+        alike = self._scored(rows, self._alike(free, wake), free[0])
+        if alike and alike[0].score >= free[0].score - _AS_WELL:
+            return alike[:1]
         found, _ = self._hints
         sentences = self._scorer.search(rows, self.vocabulary, found, wake)
         if not sentences:
-            return []
+            return alike[:1]
         text = sentences[0].text
         if sentences[0].goes_on:
             text = self._scorer.completed(rows, text)
-        fit, fit_of_free = self._scorer.mean_fits(rows, [text, free[0].text])
-        return [Hypothesis(text, free[0].score + fit - fit_of_free)]
+        best = [*alike[:1], *self._scored(rows, [text], free[0])]
+        return sorted(best, key=lambda hypothesis: -hypothesis.score)
+
+    def _alike(self, free: Sequence[Hypothesis], wake: str | None) -> list[str]:
+        """Sentences of the grammar that sound like one of the best free hypotheses."""
+        if self._bank is None:
+            self._bank = SentenceBank(self._language.grammar, self._language.spoken.article)
+        start = "" if wake is None else f"{wake.capitalize()}, "
+        alike = dict[str, None]()
+        for each in free[:_LOOKED_AT]:
+            words = each.text if wake is None else after_wake(each.text, wake) or ""
+            alike |= dict.fromkeys(self._bank.nearest(words, self.vocabulary, _ALIKE))
+        return [start + text for text in list(alike)[:_TRIED]]
+
+    def _scored(self, rows: Encoded, texts: Sequence[str], best: Hypothesis) -> list[Hypothesis]:
+        """Texts as hypotheses whose scores compare with that of a free one, best first."""
+        if not texts:
+            return []
+        fits = self._scorer.mean_fits(rows, texts)
+        best_first = sorted(zip(fits, texts, strict=True), reverse=True)[:_WHOLE]
+        likely = [text for _, text in best_first]
+        fit_of_best, *fits = self._scorer.whole_fits(rows, [best.text, *likely])
+        scores = (best.score + fit - fit_of_best for fit in fits)
+        hypotheses = [Hypothesis(text, score) for text, score in zip(likely, scores, strict=True)]
+        return sorted(hypotheses, key=lambda hypothesis: -hypothesis.score)
 
 
 def transcribe(wav: Path, recogniser: Recogniser) -> Utterance:
@@ -257,7 +297,7 @@ def _tokenizer(model: WhisperModel, name: str, language: Language) -> Tokenizer:
 def _rows(encoded: StorageView, samples: int) -> Encoded:
     """The rows of an encoded window that hold the sound, and a little of the silence after it."""
     rows: Encoded = np.asarray(encoded)[0]
-    return rows[: math.ceil(samples / RATE * _ROWS_PER_SECOND) + _TAIL]
+    return rows[: math.ceil(samples / RATE * ROWS_PER_SECOND) + _TAIL]
 
 
 def _noise() -> Sound:

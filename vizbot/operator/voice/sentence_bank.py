@@ -1,0 +1,117 @@
+"""Sentences that the patterns of a grammar make, and which of them sound like what was heard.
+
+Whisper spells what it does not expect by its sound: "Scene the whole house", "Hand to the start".
+"""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+
+from vizbot.operator.language.command_grammar import Grammar
+from vizbot.operator.language.notation import SLOTS, Pattern
+from vizbot.operator.voice.likeness import nearness, plain_words, similarity, sounds
+
+_MOST = 800
+"""Sentences of each pattern: all that it makes, or as many that are drawn."""
+_OF_MANY = ("all", "how_many")
+"""Kinds of pattern that name several of a kind: there are no sentences of them."""
+_ALIKE = 0.5
+"""Likeness from which a sentence is worth a comparison with the sound."""
+_ROUGHLY = 60
+"""Sentences that are most alike by their sounds alone, which are looked at closer."""
+_MOST_WORDS = 9
+_THING = "xx"
+"""Stands for a thing in the sentences that are compared."""
+_MARKS = re.compile(r"[^\w' -]")
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    text: str
+    sounds: str
+
+
+class SentenceBank:
+    """The sentences of one grammar, whole ones and ones about a thing.
+
+    It has none with a number or with words that may be any.
+    """
+
+    def __init__(self, grammar: Grammar, article: str) -> None:
+        """Draw them, the same ones each time.
+
+        Args:
+            grammar: Has the patterns.
+            article: Stands before a thing.
+        """
+        rng = random.Random(0)
+        slots = {name: f"{{{name}}}" for name in SLOTS} | {"goal": f"{article} {_THING}".strip()}
+        drawn = dict[str, None]()
+        for rule in grammar.rules:
+            if rule.kind in _OF_MANY:
+                continue
+            if _count(rule.pattern) <= _MOST:
+                drawn |= dict.fromkeys(_sentences(rule.pattern, slots))
+            else:
+                drawn |= {rule.pattern.sentence(slots, rng): None for _ in range(_MOST)}
+        entries = [_Entry(text, sounds(text)) for text in drawn if text and "{" not in text]
+        self._whole = [entry for entry in entries if _THING not in entry.text]
+        self._about = [entry for entry in entries if _THING in entry.text]
+
+    def nearest(self, heard: str, vocabulary: Sequence[str], most: int) -> list[str]:
+        """Sentences that sound like what was heard, the most alike first.
+
+        Args:
+            heard: A sentence.
+            vocabulary: Things that may be in it.
+            most: How many at most.
+        """
+        words = plain_words(_MARKS.sub(" ", heard))
+        thing = max((name for name in vocabulary if f" {name}" in f" {words}"), key=len, default="")
+        asked = words.replace(thing, _THING, 1) if thing else words
+        if not asked or len(asked.split()) > _MOST_WORDS:
+            return []
+        entries, heard_sounds = self._about if thing else self._whole, sounds(asked)
+        rough = sorted(
+            entries,
+            key=lambda entry: -nearness(entry.sounds, heard_sounds),
+        )[:_ROUGHLY]
+        likeness = {entry.text: similarity(entry.text, asked) for entry in rough}
+        ranked = sorted(likeness, key=lambda text: -likeness[text])
+        near = [text for text in ranked if likeness[text] >= _ALIKE][:most]
+        return [_written(text.replace(_THING, thing), heard) for text in near]
+
+
+def _count(pattern: Pattern) -> int:
+    """How many sentences a pattern makes."""
+    ways = (
+        prod(_count(piece) for piece in way if isinstance(piece, Pattern))
+        for way in pattern.alternatives
+    )
+    return sum(ways) + pattern.optional
+
+
+def _sentences(pattern: Pattern, slots: Mapping[str, str]) -> Iterator[str]:
+    """All sentences that a pattern makes."""
+    if pattern.optional:
+        yield ""
+    for way in pattern.alternatives:
+        pieces = (
+            [slots[piece[1:-1]] if piece.startswith("{") else piece]
+            if isinstance(piece, str)
+            else [*_sentences(piece, slots)]
+            for piece in way
+        )
+        for chosen in product(*pieces):
+            yield " ".join(filter(None, chosen))
+
+
+def _written(text: str, heard: str) -> str:
+    """A sentence as Whisper writes it, with the mark at the end of what was heard."""
+    mark = heard[-1] if heard[-1:] in ".!?" else "."
+    return f"{text[:1].upper()}{text[1:]}{mark}"
