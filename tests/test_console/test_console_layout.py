@@ -113,6 +113,16 @@ def test_nothing_lies_under_stop_and_all_fits_in_the_width(console, size, robot,
     assert page.complaints == []
 
 
+@pytest.mark.parametrize("size", ["small", "across", "laptop"])
+def test_who_drives_has_stick_and_picture_in_sight_while_a_question_waits(console, robot):
+    robot.arrive("yellow chair")
+    page = console()
+    says(page, "#arrival-question", "Is this it?")
+    take_lease(page)
+    assert page.evaluate(CUT_OFF, DRIVING) == []
+    assert under_stop(page) == []
+
+
 @pytest.mark.parametrize("size", PHONES)
 def test_a_picture_that_is_shown_larger_pushes_nothing_under_stop(console, size):
     page = console()

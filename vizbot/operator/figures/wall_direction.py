@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +18,7 @@ _MOST_CELLS = 6000
 """Of more obstacles every second, third, ... counts [cells]."""
 _COARSE, _FINE = np.radians(2.0), np.radians(0.25)
 """Steps of the search [rad]."""
-_CLEAR = 1.3
+_CLEAR = 1.2
 """How much better than others the best direction is at least."""
 _QUARTER = math.pi / 2
 _GROWTH = 1.5
@@ -36,7 +37,7 @@ def wall_direction(grid: OccupancyGrid) -> float | None:
         Counterclockwise from x of `map`, from -pi/4 to pi/4 [rad]; None where too few obstacles are
         known, or no direction stands out.
     """
-    rows, cols = np.nonzero(grid.occupancy > 0.5)
+    rows, cols = np.nonzero(_faces(grid))
     if len(rows) < _LEAST_CELLS:
         return None
     every = -(-len(rows) // _MOST_CELLS)
@@ -48,6 +49,13 @@ def wall_direction(grid: OccupancyGrid) -> float | None:
     fine = coarse[crowding.argmax()] + np.arange(-_COARSE + _FINE, _COARSE, _FINE)
     best = fine[np.argmax([_crowding(cells, angle) for angle in fine])]
     return _nearest(float(best), 0.0)
+
+
+def _faces(grid: OccupancyGrid) -> NDArray[np.bool_]:
+    """Obstacles (rows, cols) beside free floor: what is behind them tells nothing of walls."""
+    free = (grid.occupancy < 0.5).astype(np.uint8)
+    beside = cv2.dilate(free, np.ones((3, 3), np.uint8)) > 0
+    return np.asarray((grid.occupancy > 0.5) & beside)
 
 
 def _crowding(cells: NDArray[np.float64], angle: float) -> float:
