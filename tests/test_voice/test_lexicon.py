@@ -3,7 +3,7 @@
 import pytest
 
 from sim_stubs.homes.vocabulary import GROUPS, ROOMS, SYNONYMS, THINGS
-from vizbot.operator.language.command import GoTo, WhereIs
+from vizbot.operator.language.command import GoTo, WhereIs, goals_of
 from vizbot.operator.language.language import ENGLISH, languages, load_language
 from vizbot.operator.language.understanding import understand
 from vizbot.operator.session.vocabulary import HOUSEHOLD
@@ -77,6 +77,14 @@ def test_of_several_doubts_each_is_asked_in_turn():
     assert second.question == 'I can go to things and rooms. Search for "asdf"?'
     assert second.meant == 'go to kitchen, then "asdf", then come back'
     assert understood(second.meant).question is None
+
+
+def test_goals_between_moves_are_read_like_others():
+    meant = understood("turn around, then go to the couch and bed, then turn left, then the loo")
+    assert goals_of(meant.command) == ("sofa", "bed", "toilet")
+    assert meant.notes == ("couch: sofa", "loo: toilet")
+    doubtful = understood("turn around, then the kitchn")
+    assert doubtful.meant == "turn left 180 degrees, then go to kitchen"
 
 
 def test_what_is_in_quotes_is_never_asked_back():
