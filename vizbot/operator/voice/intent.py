@@ -112,7 +112,7 @@ class Utterance:
         candidates = (meant.candidate for meant in self.resolved)
         if (candidate := next(filter(None, candidates), None)) is not None:
             return self.language.say("did_you_mean", goal=candidate)
-        if self.sure or not self.drives:
+        if self.command is None or self.sure or not self.drives:
             return None
         return self.language.say("did_you_say", text=self.language.grammar.text(self.command))
 
