@@ -64,8 +64,8 @@ def test_it_takes_no_longer_in_a_large_building():
 def test_a_map_that_grows_is_turned_once():
     turn, turns = MapTurn(), []
     for seen in np.linspace(0.02, 1.0, 60):
-        turns.append(turn.of(shown(cluttered(askew_room(0.4, seen), 0, 0.02))))
-    assert turn.of(shown(grid_of(np.zeros((9, 9))))) == turns[-1]
+        turns.append(turn.turn_at(shown(cluttered(askew_room(0.4, seen), 0, 0.02))))
+    assert turn.turn_at(shown(grid_of(np.zeros((9, 9))))) == turns[-1]
     assert turns[-1] == pytest.approx(0.4, abs=1.6 * DEGREE)
     changes = np.abs(np.diff(turns))
     assert np.count_nonzero(changes) <= 2
@@ -74,22 +74,22 @@ def test_a_map_that_grows_is_turned_once():
 
 def test_a_turn_of_a_quarter_is_none():
     turn = MapTurn()
-    before = turn.of(shown(askew_room(44 * DEGREE, 0.4)))
-    after = turn.of(shown(askew_room(47 * DEGREE)))
+    before = turn.turn_at(shown(askew_room(44 * DEGREE, 0.4)))
+    after = turn.turn_at(shown(askew_room(47 * DEGREE)))
     assert before == pytest.approx(44 * DEGREE, abs=DEGREE)
     assert after == pytest.approx(47 * DEGREE, abs=DEGREE)
 
 
 def test_what_was_decided_stays_where_little_is_new():
     turn = MapTurn()
-    before = turn.of(shown(askew_room(0.3)))
-    assert turn.of(shown(askew_room(0.6))) == before
+    before = turn.turn_at(shown(askew_room(0.3)))
+    assert turn.turn_at(shown(askew_room(0.6))) == before
 
 
 def test_another_map_is_turned_anew_and_a_step_of_the_one_before_changes_nothing():
     turn = MapTurn()
     first, second = shown(askew_room(0.3)), shown(askew_room(-0.2), 1)
-    assert turn.of(first) == pytest.approx(0.3, abs=DEGREE)
-    assert turn.of(second) == pytest.approx(-0.2, abs=DEGREE)
-    assert turn.of(first) == 0.0
-    assert turn.of(second) == pytest.approx(-0.2, abs=DEGREE)
+    assert turn.turn_at(first) == pytest.approx(0.3, abs=DEGREE)
+    assert turn.turn_at(second) == pytest.approx(-0.2, abs=DEGREE)
+    assert turn.turn_at(first) == 0.0
+    assert turn.turn_at(second) == pytest.approx(-0.2, abs=DEGREE)

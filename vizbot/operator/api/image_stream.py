@@ -53,7 +53,7 @@ class Pictures:
             for name in names:
                 if name not in self._jpegs:
                     shown = self._with_scores(step) if name == "likeness" else step
-                    turn = self._session.map_turn.of(shown)
+                    turn = self._session.map_turn.turn_at(shown)
                     track = self._session.track()
                     self._jpegs[name] = jpeg(panel(_PANELS[name], shown, track, turn))
             return step.index, [self._jpegs[name] for name in names]

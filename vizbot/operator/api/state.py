@@ -75,7 +75,7 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "measure": step.measure,
         "threshold": round(step.threshold, 4),
         "distance_to_go": None if to_go is None else round(to_go, 2),
-        "map_view": _map_view(step, session.map_turn.of(step)),
+        "map_view": _map_view(step, session.map_turn.turn_at(step)),
     }
 
 

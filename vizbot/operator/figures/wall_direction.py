@@ -96,7 +96,7 @@ class MapTurn:
         self._grid: OccupancyGrid | None = None
         self._cells, self._turn, self._decided = 0, 0.0, False
 
-    def of(self, step: Step) -> float:
+    def turn_at(self, step: Step) -> float:
         """Direction of the picture's rows in `map`, counterclockwise from x [rad]."""
         with self._lock:
             if step.map_number > self._map:

@@ -40,7 +40,7 @@ from vizbot.operator.language.sentence_writer import SentenceWriter
 from vizbot.operator.language.step_reader import StepReader, literal_mark, without_marks
 from vizbot.operator.language.step_splitter import (
     MOST_STEPS,
-    Step,
+    SentenceStep,
     StepSplitter,
     either,
     plain,
@@ -223,7 +223,7 @@ class Grammar:
         return self._no_remark.search(clause) is not None or is_read(clause, self._denials)
 
     def _joined(
-        self, steps: Sequence[Step], literals: Sequence[str], *, bare: bool
+        self, steps: Sequence[SentenceStep], literals: Sequence[str], *, bare: bool
     ) -> Command | None:
         """The command of some steps.
 

@@ -11,7 +11,7 @@ from vizbot.behaviours.short_move import FARTHEST, ShortMove
 from vizbot.operator.language.command import Command, Decline, GoTo, Move, Reason
 from vizbot.operator.language.sentence_kinds import ABOUT, ALONE, FORBIDDABLE, KINDS, LOOSE
 from vizbot.operator.language.sentence_rules import RuleMaker, SentenceRule, readings, slot
-from vizbot.operator.language.step_splitter import Step, either
+from vizbot.operator.language.step_splitter import SentenceStep, either
 
 _MOST_WORDS = 16
 """Words of a question among which a name is looked for."""
@@ -77,7 +77,7 @@ class StepReader:
         self._articles = re.compile(rf"^(?:(?:{either(words['articles'])})(?: |$))+")
 
     def command(
-        self, step: Step, literals: Sequence[str] = (), *, bare: bool = False
+        self, step: SentenceStep, literals: Sequence[str] = (), *, bare: bool = False
     ) -> Command | None:
         """The command of one step; None if it is none.
 

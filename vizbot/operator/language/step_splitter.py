@@ -21,7 +21,7 @@ _LONGEST_CLOSING = 40
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class SentenceStep:
     """One step of a line.
 
     Attributes:
@@ -112,7 +112,7 @@ class StepSplitter:
         """Whether words of a line say that something is to be done at once."""
         return self._at_once.search(plain(line)) is not None
 
-    def steps(self, polished: str) -> list[Step]:
+    def steps(self, polished: str) -> list[SentenceStep]:
         """The steps of a polished line; none where it has too many of them."""
         in_order = reversed(self._sooner.split(polished))
         halves = (half for sooner in in_order for half in self._step.split(sooner))
@@ -121,7 +121,7 @@ class StepSplitter:
             return []
         return [self._read(tidy(part).replace(", ", " ").strip(",")) for part in parts]
 
-    def _read(self, whole: str) -> Step:
+    def _read(self, whole: str) -> SentenceStep:
         left = [whole]
         while len(left) <= _MOST_OPENINGS and left[-1]:
             if (found := self._opening.match(f" {left[-1]}")) is None:
@@ -130,7 +130,7 @@ class StepSplitter:
         words = self._closings(left[-1])[0]
         ways = dict.fromkeys(way for one in left for way in self._closings(one) if way)
         around = whole.removesuffix(left[-1]) + left[-1].removeprefix(words)
-        return Step(whole, words, around, tuple(ways))
+        return SentenceStep(whole, words, around, tuple(ways))
 
     def _closings(self, words: str) -> list[str]:
         """The words without all that closes them, then with more and more of it."""

@@ -19,8 +19,8 @@ _NAME = re.compile(r"\w[\w -]{0,59}")
 
 
 @dataclass(frozen=True, slots=True)
-class SavedMap:
-    """A saved map.
+class MapEntry:
+    """What the list of saved maps has of one.
 
     Attributes:
         name: Of its folder.
@@ -68,7 +68,7 @@ class SavedMaps:
         is_one = folder.parent == self.folder.absolute() and _NAME.fullmatch(folder.name)
         return folder.name if is_one else None
 
-    def maps(self) -> list[SavedMap]:
+    def maps(self) -> list[MapEntry]:
         """All of them, newest first."""
         found = []
         for header in self.folder.glob(f"*/{HEADER}"):
@@ -76,7 +76,7 @@ class SavedMaps:
             with suppress(OSError):  # one that is just being replaced
                 if _NAME.fullmatch(name):
                     in_use = map_folder.is_in_use(header.parent)
-                    found.append(SavedMap(name, header.stat().st_mtime, in_use))
+                    found.append(MapEntry(name, header.stat().st_mtime, in_use))
         return sorted(found, key=lambda each: (-each.saved_at, each.name))
 
     def grid(self, name: str) -> OccupancyGrid:

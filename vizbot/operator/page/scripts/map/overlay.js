@@ -2,9 +2,9 @@
 /**
  * What the page draws over the picture of the map, in the size that people see it.
  *
- * @typedef {import("./state_view.js").MapView} MapView
- * @typedef {import("./state_view.js").Point} Point
- * @typedef {import("./map_projection.js").Pixel} Pixel
+ * @typedef {import("../state_view.js").MapView} MapView
+ * @typedef {import("../state_view.js").Point} Point
+ * @typedef {import("./projection.js").Pixel} Pixel
  * @typedef {{name: string, position: Point}} Room
  * @typedef {object} Marks
  * @property {Point[][]} zones Corners of each.
@@ -16,9 +16,9 @@
  * @property {Room[]} rooms
  */
 
-import { byId } from "./dom.js";
-import { clampToView, floorAt, pixelOf, rectangleOf } from "./map_projection.js";
-import { createZoom } from "./map_zoom.js";
+import { byId } from "../dom.js";
+import { clampToView, floorAt, pixelOf, rectangleOf } from "./projection.js";
+import { createZoom } from "./zoom.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 /** Lengths of the bar [m]. */
@@ -95,7 +95,7 @@ export function createOverlay() {
 /**
  * @param {Marks} marks
  * @param {MapView} view
- * @param {import("./map_zoom.js").Zoom} zoom
+ * @param {import("./zoom.js").Zoom} zoom
  */
 function shapes({ zones, highlighted, rectangle, cross, chosen, found, rooms }, view, zoom) {
   /** @param {Point} point */

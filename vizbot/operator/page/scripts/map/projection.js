@@ -2,8 +2,8 @@
 /**
  * How the floor lies in the picture of the map, which is turned so that walls stand upright.
  *
- * @typedef {import("./state_view.js").MapView} MapView
- * @typedef {import("./state_view.js").Point} Point
+ * @typedef {import("../state_view.js").MapView} MapView
+ * @typedef {import("../state_view.js").Point} Point
  * @typedef {[number, number]} Pixel Column and row in the whole picture, from its upper left corner.
  */
 

@@ -2,15 +2,15 @@
 /**
  * The picture of the map, on which a person points by mouse, by finger, or with the arrow keys.
  *
- * @typedef {import("./map_gestures.js").Tool} Tool
- * @typedef {import("./state_view.js").Point} Point
- * @typedef {import("./state_view.js").State} State
+ * @typedef {import("./gestures.js").Tool} Tool
+ * @typedef {import("../state_view.js").Point} Point
+ * @typedef {import("../state_view.js").State} State
  */
 
-import { byId, setText } from "./dom.js";
-import { createGestures } from "./map_gestures.js";
-import { createOverlay } from "./map_overlay.js";
-import { clampToView, floorAt, toFloorAxes, toPictureAxes } from "./map_projection.js";
+import { byId, setText } from "../dom.js";
+import { createGestures } from "./gestures.js";
+import { createOverlay } from "./overlay.js";
+import { clampToView, floorAt, toFloorAxes, toPictureAxes } from "./projection.js";
 
 /** How far one press of an arrow key moves the cross, and with Shift [m]. */
 const STEP = 0.1;

@@ -2,11 +2,11 @@
 /**
  * Which part of the picture of the map is shown, and how large.
  *
- * @typedef {import("./state_view.js").MapView} MapView
- * @typedef {import("./map_projection.js").Pixel} Pixel
+ * @typedef {import("../state_view.js").MapView} MapView
+ * @typedef {import("./projection.js").Pixel} Pixel
  */
 
-import { clamp, floorAt, pixelOf } from "./map_projection.js";
+import { clamp, floorAt, pixelOf } from "./projection.js";
 
 /** The most that the picture is enlarged by. */
 const MOST = 10;

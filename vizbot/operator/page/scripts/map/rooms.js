@@ -1,13 +1,13 @@
 // @ts-check
 /** The names of the rooms that the robot knows, written on the map. */
 
-import { STEP_TIMEOUT, request } from "./http.js";
+import { STEP_TIMEOUT, request } from "../http.js";
 
 /** Between two questions [ms]: the robot explores slowly. */
 const PERIOD = 15000;
 
 /**
- * @param {import("./map_overlay.js").Overlay} overlay
+ * @param {import("./overlay.js").Overlay} overlay
  * @param {() => boolean} isShown Whether anybody sees the map.
  */
 export function createRooms(overlay, isShown) {

@@ -2,7 +2,7 @@
 /**
  * What fingers, a mouse and its wheel do on the map: point, draw, pan, zoom.
  *
- * @typedef {import("./state_view.js").Point} Point
+ * @typedef {import("../state_view.js").Point} Point
  * @typedef {object} Tool What pointing does. A key or a tap presses and releases at one point.
  * @property {boolean} drags Whether moving with a pressed pointer is for the tool; else it pans.
  * @property {(point: Point) => void} press
@@ -22,7 +22,7 @@ const LINE = 30;
 /**
  * @param {HTMLElement} surface
  * @param {() => Tool | null} currentTool
- * @param {import("./map_overlay.js").Overlay} overlay
+ * @param {import("./overlay.js").Overlay} overlay
  * @param {(point: Point) => void} onPoint Called with where a pointer was released.
  */
 export function createGestures(surface, currentTool, overlay, onPoint) {

@@ -2,17 +2,17 @@
 /**
  * Places on the map: the one where a person may send the robot, the one that was asked for.
  *
- * @typedef {import("./map_view.js").MapPicture} MapPicture
- * @typedef {import("./state_view.js").Point} Point
+ * @typedef {import("./view.js").MapPicture} MapPicture
+ * @typedef {import("../state_view.js").Point} Point
  */
 
-import { byId } from "./dom.js";
-import { refusalText } from "./http.js";
+import { byId } from "../dom.js";
+import { refusalText } from "../http.js";
 
 const nothing = () => {};
 
 /**
- * @param {import("./http.js").PendingRequests} requests
+ * @param {import("../http.js").PendingRequests} requests
  * @param {MapPicture} map
  * @param {(lines: string[]) => void} showAnswer
  */
@@ -51,7 +51,7 @@ export function createPlaces(requests, map, showAnswer) {
   return {
     /** @param {Point | null} found Where what somebody asked for is. */
     markFound: (found) => map.overlay.mark({ found }),
-    /** @type {import("./map_gestures.js").Tool} A place is chosen first: a stray tap sends no robot. */
+    /** @type {import("./gestures.js").Tool} A place is chosen first: a stray tap sends no robot. */
     tool: { drags: false, press: nothing, move: nothing, cancel: nothing, release: choose, reset: () => choose(null) },
   };
 }

@@ -2,14 +2,14 @@
 /**
  * Keep-out zones: drawn on the map by two opposite corners, listed, removed.
  *
- * @typedef {import("./map_view.js").MapPicture} MapPicture
- * @typedef {import("./map_gestures.js").Tool} Tool
- * @typedef {import("./state_view.js").Point} Point
+ * @typedef {import("./view.js").MapPicture} MapPicture
+ * @typedef {import("./gestures.js").Tool} Tool
+ * @typedef {import("../state_view.js").Point} Point
  */
 
-import { byId, createElement, setText } from "./dom.js";
-import { rectangleOf, toPictureAxes } from "./map_projection.js";
-import { STEP_TIMEOUT, request } from "./http.js";
+import { byId, createElement, setText } from "../dom.js";
+import { rectangleOf, toPictureAxes } from "./projection.js";
+import { STEP_TIMEOUT, request } from "../http.js";
 
 /** The least width and height of a zone [m]. */
 const MIN_SIZE = 0.1;
