@@ -47,6 +47,9 @@ ROOM = f"""
   </worldbody>
 </mujoco>
 """
+ALL_PICTURES = (
+    "[...document.querySelectorAll('figure img')].every((one) => one.naturalWidth === 480)"
+)
 STRAIGHT_AWAY = """
 [objectnav]
 look_around = false
@@ -118,5 +121,6 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         page.reload()
         says(page, "#activity", "Stopped")
         says(page, "#goals li.good b", "Yellow chair")
+        until(page, lambda: page.evaluate(ALL_PICTURES))
         snapshot(page, "reloaded")
         assert page.complaints == []
