@@ -250,7 +250,7 @@ def test_german_is_understood_from_what_whisper_writes():
 
 
 def test_a_command_is_asked_back_where_the_best_guess_names_another_thing_that_is_known():
-    free = [("Go to the study. No, then come back.", -0.9)]
+    free = [("Got the study, then comb bag.", -0.9)]
     disputed = heard(free, [("Go to the chair, then come back.", -1.0)])
     assert disputed.command == GoTo(("chair",), ComeBack())
     assert disputed.question is not None

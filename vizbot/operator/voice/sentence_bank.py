@@ -16,7 +16,7 @@ from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.notation import SLOTS, Pattern
 from vizbot.operator.voice.likeness import nearness, plain_words, similarity, sounds
 
-_MOST = 800
+_MOST = 400
 """Sentences of each pattern: all that it makes, or as many that are drawn."""
 _OF_MANY = ("all", "how_many")
 """Kinds of pattern that name several of a kind: there are no sentences of them."""
