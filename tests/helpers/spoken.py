@@ -113,6 +113,10 @@ JOINS = (
     ", afterwards go to the {}",
     " followed by the {}",
     ", and next the {}",
+    ", after this the {}",
+    ", thereafter the {}",
+    " and after the {}",
+    ", from there to the {}",
     ", the {}",
     " and the {}",
 )
