@@ -82,22 +82,14 @@ def test_stop_comes_before_everybody(shared):
     assert shared.body.driven == [STOP]
 
 
-def test_what_the_base_said_long_ago_tells_nothing(shared):
-    assert shared.base.state is None
-    state = shared.base.read()
-    shared.time += 0.9
-    assert shared.base.state is state
+@pytest.mark.parametrize(("state", "age"), [("state", 0.9), ("battery_state", 9.9)])
+def test_what_the_base_said_long_ago_tells_nothing(shared, state, age):
+    assert getattr(shared.base, state) is None
+    said = shared.base.read()
+    shared.time += age
+    assert getattr(shared.base, state) is said
     shared.time += 0.2
-    assert shared.base.state is None
-
-
-def test_what_the_base_said_of_its_battery_holds_for_some_seconds(shared):
-    assert shared.base.battery_state is None
-    state = shared.base.read()
-    shared.time += 9.9
-    assert shared.base.battery_state is state
-    shared.time += 0.2
-    assert shared.base.battery_state is None
+    assert getattr(shared.base, state) is None
 
 
 def test_a_base_that_is_gone_ends_no_holding(shared, monkeypatch):
