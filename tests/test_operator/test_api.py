@@ -1,5 +1,6 @@
 """What people and their programs may ask the robot over the network, and what they may not."""
 
+import itertools
 import json
 import socket
 import threading
@@ -302,13 +303,18 @@ def test_a_wheel_that_is_given_back_lets_the_robot_go_on_and_a_lost_one_does_not
 
 
 def test_a_link_that_ends_releases_the_wheel(server, session):
+    sequence = itertools.count()
     with connect(websocket_url(server, "/drive?who=ann")) as ann:
-        heard = json.loads(ann.recv(timeout=5))["time"]
         for nonsense in ("", "{}", "[1]", "[" * 4000, '{"sequence": 1}', "\x00"):
             ann.send(nonsense)
-        motion = {"sequence": 0, "heard": heard, "linear": 0.2, "angular": 0.0}
-        ann.send(json.dumps(motion))
-        wait_for(lambda: session.lease.twist() == Twist(0.2, 0.0))
+
+        def drives():  # a motion lasts 0.3 s, which a busy machine may take to look
+            heard = json.loads(ann.recv(timeout=5))["time"]
+            motion = {"sequence": next(sequence), "heard": heard, "linear": 0.2, "angular": 0.0}
+            ann.send(json.dumps(motion))
+            return session.lease.twist() == Twist(0.2, 0.0)
+
+        wait_for(drives)
     wait_for(lambda: session.lease.twist() is None)
 
 
