@@ -19,6 +19,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from vizbot.operator.language.clause_reader import ClauseReader
 from vizbot.operator.language.command import (
     MISSIONS,
     Ask,
@@ -35,11 +36,10 @@ from vizbot.operator.language.command import (
     join_commands,
 )
 from vizbot.operator.language.sentence_kinds import ALONE
-from vizbot.operator.language.sentence_rules import RuleMaker, is_read, readings
+from vizbot.operator.language.sentence_rules import RuleMaker, readings
 from vizbot.operator.language.sentence_writer import SentenceWriter
 from vizbot.operator.language.step_reader import StepReader, literal_mark, without_marks
 from vizbot.operator.language.step_splitter import (
-    MOST_STEPS,
     SentenceStep,
     StepSplitter,
     either,
@@ -76,10 +76,11 @@ class Grammar:
             KeyError: it lacks something.
             ValueError: a pattern of it is none.
         """
-        words, remarks = language["words"], language["remarks"]
+        words = language["words"]
         maker = RuleMaker(language)
         self._reader = StepReader(language, maker, is_name, knows)
         self._splitter = StepSplitter(language, maker.part)
+        self._clauses = ClauseReader(language, maker, self._splitter, self._reader)
         self._writer = SentenceWriter(language["sentences"])
         self.examples: tuple[str, ...] = tuple(language["examples"])
         self.rules = self._reader.rules
@@ -87,10 +88,6 @@ class Grammar:
             rule for rule in self.rules if rule.kind in ALONE and not rule.takes_any_words
         ]
         self._turns = [rule for rule in self.rules if rule.kind in ("turn_left", "turn_right")]
-        self._remarks = maker.rules({"remark": remarks["ways"]})
-        self._denials = maker.rules({"denial": remarks["denials"]})
-        self._no_remark = re.compile(rf"\b(?:{either(remarks['never'])})\b")
-        self._correction = re.compile(rf"(?:{either(remarks['corrections'])})\b")
         self._stop = re.compile(
             rf"\b(?:{either(words['stop'])})\b(?! (?:{either(words['stop_names'])})\b)"
         )
@@ -111,9 +108,12 @@ class Grammar:
         """
         marked, literals = self._without_literals(line)
         command = self._parse(marked, literals)
-        if command is not None:
+        if self._is_plain(command, literals):
             return command
-        command = self._parse(marked, literals, bare=True)
+        with_bare = self._parse(marked, literals, bare=True)
+        if command is not None and not self._is_plain(with_bare, literals):
+            return command
+        command = with_bare
         whole = self._reader.without_article(tidy(plain(line)).replace(",", ""))
         if command == GoTo((whole,)) and not _QUOTE.search(line):
             return GoTo((line.strip(" .,;:!?"),))
@@ -185,42 +185,22 @@ class Grammar:
         if (read := next(readings([words], self._alone), None)) is not None:
             return ALONE[read[0].kind]  # "yes, that one" and "go and charge" are no lists
         command = self._joined(self._splitter.steps(polished), literals, bare=bare)
-        if command is None or isinstance(command, Decline):
-            beside = self._beside_remarks(polished, literals)
-            if beside is not None and not isinstance(beside, Decline | Yes | No):
-                return beside
-        return command
+        if self._is_plain(command, literals):
+            return command
+        asked = self._clauses.asked(polished, literals, bare=bare)
+        steps = self._splitter.steps(asked) if asked else []
+        if steps and not bare and self._reader.is_towards(steps[0].words):
+            return command  # "I went to the kitchen, then to the sofa"
+        beside = self._joined(steps, literals, bare=bare)
+        found = self._is_plain(beside, literals) and not isinstance(beside, Yes | No)
+        return beside if found else command
 
-    def _beside_remarks(self, polished: str, literals: Sequence[str]) -> Command | None:
-        """The command in what is left of a line without remarks; None where none is plain."""
-        steps = self._splitter.steps(self._without_remarks(polished, literals))
-        if steps and self._reader.is_towards(steps[0].words):
-            return None  # "I went to the kitchen, then to the sofa"
-        return self._joined(steps, literals, bare=False)
-
-    def _without_remarks(self, polished: str, literals: Sequence[str]) -> str:
-        """A line without the clauses that only tell something; empty where none are left out.
-
-        Questions about itself count as such where something else is asked for. Nothing remains of a
-        line that takes back what it asks for.
-        """
-        clauses = polished.split(", ")
-        asked, questions = list[str](), list[str]()
-        for clause in clauses if len(clauses) <= MOST_STEPS else []:
-            steps = self._splitter.steps(clause)
-            command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
-            if isinstance(command, Ask):
-                questions.append(clause)
-            elif not isinstance(command, Decline | None) or not is_read(clause, self._remarks):
-                asked.append(clause)
-            elif self._takes_back(clause) or (asked and self._reader.forbids(clause)):
-                return ""
-        remains = asked or questions
-        return ", ".join(remains) if len(remains) < len(clauses) else ""
-
-    def _takes_back(self, clause: str) -> bool:
-        """Whether a clause tells that what is beside it is not asked for."""
-        return self._no_remark.search(clause) is not None or is_read(clause, self._denials)
+    def _is_plain(self, command: Command | None, literals: Sequence[str]) -> bool:
+        """Whether a command is one that the robot can do as it stands."""
+        if isinstance(command, Decline | None):
+            return False
+        goals = (goal for goal in goals_of(command) if not self._reader.is_pronoun(goal))
+        return all(goal in literals or self._reader.knows(goal) for goal in goals)
 
     def _joined(
         self, steps: Sequence[SentenceStep], literals: Sequence[str], *, bare: bool
@@ -239,11 +219,11 @@ class Grammar:
         commands: list[Command | None] = []
         moved = False
         for place, step in enumerate(steps):
-            denied = commands not in ([], [Stop()]) and is_read(step.whole, self._denials)
+            denied = commands not in ([], [Stop()]) and self._clauses.denies(step.whole)
             if denied and place == len(steps) - 1:
                 return Decline(Reason.NOT)
             moved = moved or isinstance(commands[-1] if commands else None, Move)
-            if denied or self._correction.match(step.whole):
+            if denied or self._clauses.corrects(step.whole):
                 commands = []  # "the kitchen, no, the study"
             if moved and not step.words:
                 turns = readings([step.whole], self._turns)  # "turn left, then right"

@@ -166,7 +166,8 @@ def english_lexicon(names: Mapping[str, str], small: Mapping[str, Sequence[str]]
 
     Args:
         names: For each name of the encoder's, more words for it, between bars.
-        small: `keep` lists words that may stand beside a name.
+        small: `keep` lists words that may stand beside a name, `things` what names any thing, and
+            `untrained` what only other encoders know.
     """
     others = {word: name for group in (SYNONYMS, ROOMS) for name, them in group.items()
               for word in them}  # fmt: skip
@@ -174,7 +175,7 @@ def english_lexicon(names: Mapping[str, str], small: Mapping[str, Sequence[str]]
     known = {name: name for name in (*THINGS, *GROUPS, *ROOMS, *HOUSEHOLD)}
     wider = {noun: noun if steps else name for noun, (name, steps) in table().items()}
     kept = [*small["keep"], *COLOURS, *MATERIALS, *MATERIALS.values()]
-    things = {name: name for name in small["things"]}
+    things = {name: name for name in (*small["things"], *small["untrained"])}
     return Lexicon(
         {**things, **wider, **others, **more, **known},
         {word: word for word in kept},

@@ -15,6 +15,10 @@ from vizbot.operator.language.step_splitter import SentenceStep, either
 
 _MOST_WORDS = 16
 """Words of a question among which a name is looked for."""
+_LONGEST_GOAL = 80
+"""Letters of a step among which a goal ends."""
+_LONGEST_NAME = 4
+"""Words of a name that is looked for among others."""
 _LONGEST_UNKNOWN = 3
 """More words without any name are no thing that somebody looks for."""
 _LEAST_ANGLE = 5.0
@@ -69,11 +73,18 @@ class StepReader:
         self.rules = maker.rules({kind: language["commands"][kind] for kind in KINDS})
         self._loose = maker.rules(language["loose"])
         self._cannot_early = maker.rules({"cannot": cannot["early"]})
-        self._cannot = maker.rules({"cannot": cannot["ways"]})
+        able = f"({cannot['verbs']}) [{{rest}}]"
+        self._cannot = maker.rules({"cannot": [able, *cannot["ways"]]})
         self._not = re.compile(rf"\b(?:{words['not'].casefold()})\b")
         self._clause = re.compile(rf"\b(?:{words['clause'].casefold()})\b")
         self._pronouns = {word.casefold() for word in words["pronouns"]}
         self._towards = re.compile(rf"^(?:{either(words['towards'])}) ")
+        self._tail = re.compile(rf"{maker.part('tails')}(?= |$)")
+        self._told_tail = re.compile(rf"{maker.part('told_tails')}(?= |$)")
+        self._subordinate = {word.casefold() for word in words["subordinate"]}
+        self._directions = {word.casefold() for word in words["directions"]}
+        self._harmless = re.compile(rf"\b(?:{either(language['remarks']['harmless'])})\b")
+        self._no_tail = re.compile(rf"\b(?:{either(language['remarks']['never'])})\b")
         self._articles = re.compile(rf"^(?:(?:{either(words['articles'])})(?: |$))+")
 
     def command(
@@ -89,15 +100,23 @@ class StepReader:
         forbids = self.forbids(step.whole)
         if next(readings(step.ways, self._cannot_early), None) is not None:
             return Decline(Reason.CANNOT)
-        tells = unsure = None
+        tells = unsure = strange = None
         for rule, found in readings(step.ways, self.rules):
             goal = slot(found, "goal")
+            known = self._knows(self._goal(goal, literals))
+            if goal and not (known or forbids) and (name := self._before_tail(goal, self._tail)):
+                return self._about(rule.kind, name)
             if self._tells(goal):
                 tells = Decline(Reason.CANNOT)  # "go to the kitchen if the door is open"
-            elif rule.kind in LOOSE and not self._knows(self._goal(goal, literals)):
+            elif rule.kind in LOOSE and not known:
                 unsure = self.read(rule, found, literals) if unsure is None else unsure
             elif not forbids or not (rule.kind in FORBIDDABLE or self.forbids(goal)):
-                return self.read(rule, found, literals)
+                command = self.read(rule, found, literals)
+                if known or rule.kind != "go" or command is None or goal in self._pronouns:
+                    return command
+                strange = command if strange is None else strange
+        if strange is not None:
+            return strange
         if unsure is None and forbids:
             return Decline(Reason.NOT)
         if (answer := self._loose_command(step.ways, literals, unsure)) is not None:
@@ -107,11 +126,13 @@ class StepReader:
             return Decline(Reason.CANNOT)
         if not bare or tells is not None:
             return tells
+        if not forbids and (name := self._before_tail(step.words, self._told_tail)):
+            return GoTo((name,))
         if self._tells(step.words):
             return Decline(Reason.STATEMENT)
         goal = self._goal(self._towards.sub("", step.words), literals)
-        strange = len(goal.split()) > _LONGEST_UNKNOWN and not self._name_in(goal)
-        return None if not goal or (strange and goal not in literals) else GoTo((goal,))
+        told = len(goal.split()) > _LONGEST_UNKNOWN and not self._name_in(goal)
+        return None if not goal or (told and goal not in literals) else GoTo((goal,))
 
     def read(
         self, rule: SentenceRule, found: re.Match[str], literals: Sequence[str] = ()
@@ -122,9 +143,7 @@ class StepReader:
             return ALONE[kind]
         if kind in ABOUT or kind == "go":
             goal = self._goal(slot(found, "goal"), literals)
-            if not goal:
-                return None
-            return GoTo((goal,)) if kind == "go" else ABOUT[kind](goal)
+            return self._about(kind, goal) if goal else None
         if kind == "forward":
             way = self._maker.amount(found)
             way = _WAY if way is None else way
@@ -138,7 +157,7 @@ class StepReader:
 
     def forbids(self, words: str) -> bool:
         """Whether words say what must not be done."""
-        return self._not.search(words) is not None
+        return self._not.search(self._harmless.sub(" ", words)) is not None
 
     def is_pronoun(self, goal: str) -> bool:
         """Whether a goal stands for what was named before."""
@@ -152,10 +171,38 @@ class StepReader:
         """Words without the articles before them."""
         return self._articles.sub("", words)
 
+    def knows(self, goal: str) -> bool:
+        """Whether the robot knows every word of a goal."""
+        return self._knows(goal)
+
+    def mentions(self, words: str) -> bool:
+        """Whether there is a name of a thing or room among some words."""
+        said = words.split()
+        ends = range(1, _LONGEST_NAME + 1)
+        return any(
+            self._is_name(" ".join(said[at : at + end])) for at in range(len(said)) for end in ends
+        )
+
+    def _about(self, kind: str, goal: str) -> Command:
+        """The command of a kind that names one thing."""
+        return GoTo((goal,)) if kind == "go" else ABOUT[kind](goal)
+
+    def _before_tail(self, words: str, tails: re.Pattern[str]) -> str:
+        """The known goal that some words begin with, the rest of which only tells something.
+
+        Empty without one, as for "kitchen when I say so": "kitchen so that I can film you".
+        """
+        for found in tails.finditer(words[:_LONGEST_GOAL]):
+            goal, tail = self.without_article(words[: found.start()]), words[found.start() :]
+            ends = goal.rpartition(" ")[2] in self._subordinate
+            if self._knows(goal) and not (ends or self._clause.search(goal)):
+                return "" if self._no_tail.search(tail) or self.forbids(tail) else goal
+        return ""
+
     def _loose_command(
         self, ways: Sequence[str], literals: Sequence[str], unsure: Command | None
     ) -> Command | None:
-        """What is asked in words that are none of the rules'; it sets nothing off.
+        """What is asked in words that are none of the rules'.
 
         Of several readings the first is taken in whose goal there is a name, and that name.
 
@@ -169,8 +216,8 @@ class StepReader:
             if not goal:
                 return self.read(rule, found)
             if (unsure is None or rule.kind == "how_many") and (name := self._name_in(goal)):
-                return ABOUT[rule.kind](name)
-            if unsure is None and not self._tells(goal):
+                return self._about(rule.kind, name)
+            if unsure is None and rule.kind != "go" and not self._tells(goal):
                 unsure = self.read(rule, found, literals)
         return unsure
 
@@ -184,7 +231,8 @@ class StepReader:
         for start in (0, *sorted(starts, key=lambda at: not self._articles.match(said[at]))):
             for end in range(len(said), start, -1):
                 name = self.without_article(" ".join(said[start:end]))
-                if self._knows(name) and not self._clause.search(name):
+                ends = name.rpartition(" ")[2] in self._directions
+                if self._knows(name) and not (ends or self._clause.search(name)):
                     return "" if self.is_towards(name) else name
         return ""
 

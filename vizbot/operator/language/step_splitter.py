@@ -67,7 +67,20 @@ class StepSplitter:
         self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
         self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
         self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
-        self._opening = re.compile(rf"^{part('openings')}(?= |$)")
+        courtesy = rf"(?! (?:{either(words['no_courtesy'])}) )(?= .*\b(?:{either(words['addressed'])})\b)(?: (?:{either(words['courtesy'])}))+"
+        self._opening = re.compile(
+            rf"^(?:{courtesy} (?:{either(words['after_courtesy'])})|{part('openings')})(?= |$)"
+        )
+        self._synonyms = {
+            word.casefold(): verb
+            for verb, them in language["synonyms"].items()
+            for word in them.split("|")
+        }
+        self._synonym = re.compile(rf"^(?:{either(self._synonyms)})(?= |$)")
+        towards = either(words["towards"])
+        self._directions = re.compile(
+            rf"(?<= )(?:(?:{either(words['directions'])}) )+(?=(?:{towards}) )"
+        )
         self._closing = re.compile(rf"{part('closings')}$")
         self._joining = re.compile(rf",\s*(?=(?:{either(words['subordinate'])})\b)")
         told, asked = either(words["subjects"]), either(words["run_on"])
@@ -129,8 +142,14 @@ class StepSplitter:
             left.append(left[-1][max(found.end() - 1, 0) :].strip())
         words = self._closings(left[-1])[0]
         ways = dict.fromkeys(way for one in left for way in self._closings(one) if way)
+        ways |= dict.fromkeys(map(self._in_usual_words, ways))
         around = whole.removesuffix(left[-1]) + left[-1].removeprefix(words)
         return SentenceStep(whole, words, around, tuple(ways))
+
+    def _in_usual_words(self, way: str) -> str:
+        """The same with the usual verb, and without directions before the words for a place."""
+        usual = self._synonym.sub(lambda found: self._synonyms[found[0]], way, count=1)
+        return self._directions.sub("", usual)
 
     def _closings(self, words: str) -> list[str]:
         """The words without all that closes them, then with more and more of it."""

@@ -1,0 +1,143 @@
+"""Finds what is asked for in a line that says more than that.
+
+"My feet hurt can you go to the sofa I told you already" has three clauses, and one of them asks for
+something. The other two only tell something, so they are left out. A clause is left out where
+nothing in it can change what the others ask for: it forbids nothing, takes nothing back, reports
+nobody's words, sets no condition and no time, and begins like no order.
+
+"The bed, sorry, I mean the sofa" and "the sofa, not the bed" are put as "the sofa".
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from vizbot.operator.language.command import Ask, Decline, GoTo
+from vizbot.operator.language.sentence_rules import RuleMaker, is_read
+from vizbot.operator.language.step_reader import StepReader
+from vizbot.operator.language.step_splitter import MOST_STEPS, StepSplitter, either, tidy
+
+_FEWEST_WORDS = 3
+"""A shorter clause that nobody knows may be whom a line is meant for: "Anna, come back"."""
+
+
+class ClauseReader:
+    """Tells the clauses of one language that ask for something from those that do not."""
+
+    def __init__(
+        self,
+        language: Mapping[str, Any],
+        maker: RuleMaker,
+        splitter: StepSplitter,
+        reader: StepReader,
+    ) -> None:
+        """Take over a language.
+
+        Args:
+            language: As its file has it.
+            maker: Of its rules.
+            splitter: Cuts a clause into steps.
+            reader: Reads these.
+
+        Raises:
+            KeyError: it lacks something.
+            ValueError: a pattern of it is none.
+        """
+        remarks = language["remarks"]
+        verbs = either({*language["imperatives"].values()})
+        marker, pause = maker.part("corrections"), maker.part("pauses")
+        contrast = maker.part("contrasts")
+        self._splitter, self._reader = splitter, reader
+        self._told = maker.rules({"remark": remarks["ways"]})
+        self._denials = maker.rules({"denial": remarks["denials"]})
+        self._never = re.compile(rf"\b(?:{either(remarks['never'])})\b")
+        self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
+        self._request = re.compile(rf",?(?={maker.part('requests')}(?: |$))")
+        self._corrected = re.compile(
+            rf"(?:,?{pause})*,?(?P<marker>{marker})(?:,?(?:{marker}|{pause}))*,? (?=\S)"
+        )
+        self._correction = re.compile(rf"{marker}(?: |$)")
+        self._contrast = re.compile(
+            rf"(?P<before>.*?){contrast} (?P<other>.+?)(?P<after>(?: (?:{verbs})\b.*)?)"
+        )
+        self._order = re.compile(rf"(?:{verbs}|{language['cannot']['verbs']})\b")
+
+    def asked(self, polished: str, literals: Sequence[str], *, bare: bool = False) -> str:
+        """A line without the clauses that ask for nothing; empty where nothing is left out.
+
+        Questions about the robot itself count as such where something else is asked for. Nothing
+        remains of a line that takes back what it asks for.
+
+        Args:
+            polished: As the splitter has it.
+            literals: What each mark in it stands for.
+            bare: Whether a goal needs no words before it. Then what tells something of it asks for
+                nothing: "the dog, he is hungry".
+        """
+        asked, questions = list[str](), list[str]()
+        clauses = self._clauses(polished)
+        for clause in clauses if len(clauses) <= MOST_STEPS else []:
+            steps = self._splitter.steps(clause)
+            command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
+            if isinstance(command, Ask):
+                questions.append(clause)
+            elif not isinstance(command, Decline | None):
+                asked.append(clause)
+            elif (kept := self._without_contrast(clause, literals)) is not None:
+                if bare and not (kept or asked):
+                    return ""  # "not the bed, the sofa"
+                asked += [kept] if kept else []
+            elif not self._only_tells(clause):
+                asked.append(clause)
+            elif (
+                self._takes_back(clause)
+                or (asked and self._reader.forbids(clause))
+                or (bare and (self._backwards.search(clause) or self._reader.mentions(clause)))
+            ):
+                return ""
+        remains = ", ".join(asked or questions)
+        return "" if remains == polished else remains
+
+    def denies(self, clause: str) -> bool:
+        """Whether a clause takes back all that was said before it."""
+        return is_read(clause, self._denials)
+
+    def corrects(self, clause: str) -> bool:
+        """Whether a clause begins like one that replaces what was said before it."""
+        return self._correction.match(f" {clause}") is not None
+
+    def _clauses(self, polished: str) -> list[str]:
+        """A line cut at its commas, before what corrects it, and before each request."""
+        corrected = self._corrected.sub(lambda found: f",{found['marker']}, ", f" {polished}")
+        return tidy(self._request.sub(", ", corrected)).split(", ")
+
+    def _only_tells(self, clause: str) -> bool:
+        """Whether a clause without a command asks for nothing."""
+        if is_read(clause, self._told) or self.denies(clause):
+            return True
+        order = self._order.match(clause) is not None or self._reader.forbids(clause)
+        strange = len(clause.split()) < _FEWEST_WORDS or self._reader.mentions(clause)
+        return not (order or strange or self.corrects(clause))
+
+    def _takes_back(self, clause: str) -> bool:
+        """Whether a clause tells that what is beside it is not asked for."""
+        return self._never.search(clause) is not None or self.denies(clause)
+
+    def _without_contrast(self, clause: str, literals: Sequence[str]) -> str | None:
+        """A clause without the goal that it does not mean; None where it names none."""
+        if (found := self._contrast.fullmatch(f" {clause}")) is None:
+            return None
+        before, other, after = (found[part].strip(" ,") for part in ("before", "other", "after"))
+        if all(self._goes(words, literals) for words in (before, other) if words):
+            return before or after
+        return None
+
+    def _goes(self, words: str, literals: Sequence[str]) -> bool:
+        """Whether words are one known goal, with or without an order before it."""
+        steps = self._splitter.steps(words)
+        if len(steps) != 1:
+            return False
+        command = self._reader.command(steps[0], literals, bare=True)
+        return isinstance(command, GoTo) and all(map(self._reader.knows, command.goals))
