@@ -62,10 +62,18 @@ class ClauseReader:
         self._contrast = re.compile(
             rf"(?P<before>.*?){contrast} (?P<other>.+?)(?P<after>(?: (?:{verbs})\b.*)?)"
         )
+        apart = "".join(rf"(?<!\b{re.escape(word)})" for word in remarks["unfinished"])
+        self._finished = re.compile(
+            rf"^(?P<told>{maker.part('finished')} .*?\S){apart} (?P<order>(?:{verbs})\b.*)"
+        )
         self._order = re.compile(rf"(?:{verbs}|{language['cannot']['verbs']})\b")
 
-    def asked(self, polished: str, literals: Sequence[str], *, bare: bool = False) -> str:
-        """A line without the clauses that ask for nothing; empty where nothing is left out.
+    def asked(
+        self, polished: str, literals: Sequence[str], *, bare: bool = False
+    ) -> tuple[str, str]:
+        """A line without the clauses that ask for nothing, and the only name in these.
+
+        Both are empty where nothing is left out, the name also where there is no other than one.
 
         Questions about the robot itself count as such where something else is asked for. Nothing
         remains of a line that takes back what it asks for.
@@ -76,7 +84,7 @@ class ClauseReader:
             bare: Whether a goal needs no words before it. Then what tells something of it asks for
                 nothing: "the dog, he is hungry".
         """
-        asked, questions = list[str](), list[str]()
+        asked, questions, told = list[str](), list[str](), list[str]()
         clauses = self._clauses(polished)
         for clause in clauses if len(clauses) <= MOST_STEPS else []:
             steps = self._splitter.steps(clause)
@@ -87,7 +95,7 @@ class ClauseReader:
                 asked.append(clause)
             elif (kept := self._without_contrast(clause, literals)) is not None:
                 if bare and not (kept or asked):
-                    return ""  # "not the bed, the sofa"
+                    return "", ""  # "not the bed, the sofa"
                 asked += [kept] if kept else []
             elif not self._only_tells(clause):
                 asked.append(clause)
@@ -96,9 +104,15 @@ class ClauseReader:
                 or (asked and self._reader.forbids(clause))
                 or (bare and (self._backwards.search(clause) or self._reader.mentions(clause)))
             ):
-                return ""
+                return "", ""
+            else:
+                told.append(clause)
         remains = ", ".join(asked or questions)
-        return "" if remains == polished else remains
+        if remains == polished:
+            return "", ""
+        told_of = ", ".join(told)
+        name = self._reader.named(told_of)
+        return remains, "" if self._reader.mentions(told_of.replace(name, ",")) else name
 
     def denies(self, clause: str) -> bool:
         """Whether a clause takes back all that was said before it."""
@@ -111,11 +125,19 @@ class ClauseReader:
     def _clauses(self, polished: str) -> list[str]:
         """A line cut at its commas, before what corrects it, and before each request."""
         corrected = self._corrected.sub(lambda found: f",{found['marker']}, ", f" {polished}")
-        return tidy(self._request.sub(", ", corrected)).split(", ")
+        clauses = tidy(self._request.sub(", ", corrected)).split(", ")
+        return [part for clause in clauses for part in self._parts(clause)]
+
+    def _parts(self, clause: str) -> list[str]:
+        """A clause cut before the order that follows what is told: "I am tired go to the sofa"."""
+        found = self._finished.fullmatch(f" {clause}")
+        if found is None or self._reader.mentions(found["told"].rpartition(" ")[2]):
+            return [clause]
+        return [found["told"].strip(), found["order"]]
 
     def _only_tells(self, clause: str) -> bool:
         """Whether a clause without a command asks for nothing."""
-        if is_read(clause, self._told) or self.denies(clause):
+        if is_read(clause, self._told) or self.denies(clause) or self._reader.is_idle(clause):
             return True
         order = self._order.match(clause) is not None or self._reader.forbids(clause)
         strange = len(clause.split()) < _FEWEST_WORDS or self._reader.mentions(clause)

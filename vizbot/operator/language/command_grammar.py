@@ -187,11 +187,11 @@ class Grammar:
         command = self._joined(self._splitter.steps(polished), literals, bare=bare)
         if self._is_plain(command, literals):
             return command
-        asked = self._clauses.asked(polished, literals, bare=bare)
+        asked, named = self._clauses.asked(polished, literals, bare=bare)
         steps = self._splitter.steps(asked) if asked else []
         if steps and not bare and self._reader.is_towards(steps[0].words):
             return command  # "I went to the kitchen, then to the sofa"
-        beside = self._joined(steps, literals, bare=bare)
+        beside = self._joined(steps, literals, bare=bare, named=named)
         found = self._is_plain(beside, literals) and not isinstance(beside, Yes | No)
         return beside if found else command
 
@@ -203,7 +203,12 @@ class Grammar:
         return all(goal in literals or self._reader.knows(goal) for goal in goals)
 
     def _joined(
-        self, steps: Sequence[SentenceStep], literals: Sequence[str], *, bare: bool
+        self,
+        steps: Sequence[SentenceStep],
+        literals: Sequence[str],
+        *,
+        bare: bool,
+        named: str = "",
     ) -> Command | None:
         """The command of some steps.
 
@@ -211,6 +216,7 @@ class Grammar:
             steps: In order. After the first one a goal may stand alone: "the sofa, then the lamp".
             literals: What each mark stands for.
             bare: Whether it may stand alone in the first step, too.
+            named: What "it" is in the first step; empty without any.
         """
         if not any(step.words for step in steps):  # "hey robot, yes": openings alone
             read = [self._reader.command(step, literals, bare=bare) for step in steps]
@@ -230,7 +236,7 @@ class Grammar:
                 commands += [self._reader.read(rule, found) for rule, found in turns][:1]
             elif not denied and step.words:  # what only opens a sentence is no step of its own
                 command = self._reader.command(step, literals, bare=bare or place > 0)
-                commands = self._with_pronoun(commands, command)
+                commands = self._with_pronoun(commands, command, named)
         if isinstance(commands[0] if commands else None, Yes | No) and any(
             isinstance(command, MISSIONS) for command in commands[1:]
         ):
@@ -238,11 +244,18 @@ class Grammar:
         return join_commands(commands)
 
     def _with_pronoun(
-        self, commands: list[Command | None], command: Command | None
+        self, commands: list[Command | None], command: Command | None, told: str
     ) -> list[Command | None]:
         """The commands and another one, whose "it" is what was named last."""
         named = goals_of(commands[-1])[-1:] if commands else ()
-        if not named or not any(map(self._reader.is_pronoun, goals_of(command)[:1])):
+        refined = self._reader.refined(goals_of(command)[0], *named) if named and goals_of(command) else None
+        if refined is not None and isinstance(commands[-1], GoTo) and isinstance(command, GoTo):
+            return [*commands[:-1], replace(commands[-1], goals=(*commands[-1].goals[:-1], refined))]
+        if not any(map(self._reader.is_pronoun, goals_of(command)[:1])):
+            return [*commands, command]
+        if not commands and told and isinstance(command, GoTo):
+            return [replace(command, goals=(told,))]
+        if not named:
             return [*commands, command]
         if isinstance(command, WhereIs) and isinstance(commands[-1], GoTo):
             return [*commands[:-1], WhereIs(*named)]  # "my bag, where is it?"

@@ -80,8 +80,11 @@ class StepReader:
         self._pronouns = {word.casefold() for word in words["pronouns"]}
         self._towards = re.compile(rf"^(?:{either(words['towards'])}) ")
         self._tail = re.compile(rf"{maker.part('tails')}(?= |$)")
+        idle = either([*words["idle"], *words["courtesy"]])
+        self._idle = re.compile(rf"(?: (?:{idle}))+")
         self._told_tail = re.compile(rf"{maker.part('told_tails')}(?= |$)")
         self._subordinate = {word.casefold() for word in words["subordinate"]}
+        self._ones = {word.casefold() for word in words["ones"]}
         self._directions = {word.casefold() for word in words["directions"]}
         self._harmless = re.compile(rf"\b(?:{either(language['remarks']['harmless'])})\b")
         self._no_tail = re.compile(rf"\b(?:{either(language['remarks']['never'])})\b")
@@ -163,6 +166,15 @@ class StepReader:
         """Whether a goal stands for what was named before."""
         return goal in self._pronouns
 
+    def refined(self, goal: str, named: str) -> str | None:
+        """A goal that says more of the one named before it, as one; None where it does not.
+
+        After "the chair" "the red one" is a "red chair".
+        """
+        more, _, last = goal.rpartition(" ")
+        same = goal == named or (last in self._ones and more)
+        return None if not same else named if goal == named else f"{more} {named}"
+
     def is_towards(self, words: str) -> bool:
         """Whether words begin with what stands before a place, like "to"."""
         return self._towards.match(words) is not None
@@ -174,6 +186,14 @@ class StepReader:
     def knows(self, goal: str) -> bool:
         """Whether the robot knows every word of a goal."""
         return self._knows(goal)
+
+    def is_idle(self, words: str) -> bool:
+        """Whether words are of courtesy alone, or say nothing at all."""
+        return self._idle.fullmatch(f" {words}") is not None
+
+    def named(self, words: str) -> str:
+        """The first name of a thing or room among some words; empty without one."""
+        return self._name_in(words)
 
     def mentions(self, words: str) -> bool:
         """Whether there is a name of a thing or room among some words."""
@@ -197,6 +217,13 @@ class StepReader:
             ends = goal.rpartition(" ")[2] in self._subordinate
             if self._knows(goal) and not (ends or self._clause.search(goal)):
                 return "" if self._no_tail.search(tail) or self.forbids(tail) else goal
+        said = words[:_LONGEST_GOAL].split()
+        for end in range(len(said) - 1, 0, -1):
+            goal, rest = self.without_article(" ".join(said[:end])), "".join(f" {w}" for w in said[end:])
+            if self._idle.fullmatch(rest) is None:
+                return ""
+            if self._knows(goal):
+                return goal
         return ""
 
     def _loose_command(

@@ -19,6 +19,8 @@ _MOST_OPENINGS = 10
 _LONGEST_CLOSING = 40
 """Letters at the end of a step among which a closing is looked for."""
 
+_STUTTER = re.compile(r"\b([^\W\d_]+)(?:,? \1\b)+")
+
 
 @dataclass(frozen=True, slots=True)
 class SentenceStep:
@@ -108,7 +110,8 @@ class StepSplitter:
         line = plain(re.sub(r"&|\+(?!\d)", f" {self._and} ", line))
         spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
         spelt = self._glued_unit.sub(r"\1 \2", self._contracted.sub(" is", spelt))
-        polished = self._at_once.sub(" ", self._fillers.sub(" ", spelt))
+        spelt = _STUTTER.sub(r"\1", tidy(self._fillers.sub(" ", spelt)))
+        polished = self._at_once.sub(" ", spelt)
         polished = tidy(self._joining.sub(" ", self._run_on.sub(r"\1, ", tidy(polished))))
         imperative = self._verbal.sub(
             lambda found: f"{found['before']} {self._forms[found['verb']]}", polished
@@ -197,6 +200,7 @@ def plain(line: str) -> str:
     line = line.casefold().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
     line = re.sub(r"\s[-\N{EN DASH}\N{EM DASH}]+\s|[-=]?>|[→\N{EM DASH}]", ", ", line)
     line = re.sub(r"[,;:.!?…]+(?=\s|$)", ",", line)
+    line = re.sub(r"([^\W\d_])\1{2,}", r"\1", line)  # "stoooop"
     return re.sub(r"[^\w',.-]+|(?<!\d)\.|\.(?!\d)", " ", line)
 
 
