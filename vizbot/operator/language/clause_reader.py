@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vizbot.operator.language.command import Ask, Decline, GoTo
-from vizbot.operator.language.sentence_rules import RuleMaker, is_read
+from vizbot.operator.language.sentence_rules import RuleMaker, is_read, readings
 from vizbot.operator.language.step_reader import StepReader
 from vizbot.operator.language.step_splitter import MOST_STEPS, StepSplitter, either, tidy
 
@@ -50,14 +50,16 @@ class ClauseReader:
         marker, pause = maker.part("corrections"), maker.part("pauses")
         contrast = maker.part("contrasts")
         self._splitter, self._reader = splitter, reader
+        self._pointing = maker.rules({"go": remarks["pointing"]})
+        self._going = language["sentences"]["go_to"].format(goals="").strip()
         self._told = maker.rules({"remark": remarks["ways"]})
         self._denials = maker.rules({"denial": remarks["denials"]})
-        self._never = re.compile(rf"\b(?:{either(remarks['never'])})\b")
         self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
         self._request = re.compile(rf",?(?={maker.part('requests')}(?: |$))")
         self._corrected = re.compile(
             rf"(?:,?{pause})*,?(?P<marker>{marker})(?:,?(?:{marker}|{pause}))*,? (?=\S)"
         )
+        self._marker = re.compile(marker)
         self._correction = re.compile(rf"{marker}(?: |$)")
         self._contrast = re.compile(
             rf"(?P<before>.*?){contrast} (?P<other>.+?)(?P<after>(?: (?:{verbs})\b.*)?)"
@@ -66,7 +68,6 @@ class ClauseReader:
         self._finished = re.compile(
             rf"^(?P<told>{maker.part('finished')} .*?\S){apart} (?P<order>(?:{verbs})\b.*)"
         )
-        self._order = re.compile(rf"(?:{verbs}|{language['cannot']['verbs']})\b")
 
     def asked(
         self, polished: str, literals: Sequence[str], *, bare: bool = False
@@ -91,7 +92,7 @@ class ClauseReader:
             command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
             if isinstance(command, Ask):
                 questions.append(clause)
-            elif not isinstance(command, Decline | None):
+            elif not isinstance(command, Decline | None) or self.is_marker(clause):
                 asked.append(clause)
             elif (kept := self._without_contrast(clause, literals)) is not None:
                 if bare and not (kept or asked):
@@ -107,12 +108,16 @@ class ClauseReader:
                 return "", ""
             else:
                 told.append(clause)
+        told_of = ", ".join(told)
+        name = self._reader.named(told_of)
+        if self._reader.mentions(told_of.replace(name, ",")):
+            name = ""
+        if name and not questions and self._points(asked):
+            asked = [f"{self._going} {name}"]
         remains = ", ".join(asked or questions)
         if remains == polished:
             return "", ""
-        told_of = ", ".join(told)
-        name = self._reader.named(told_of)
-        return remains, "" if self._reader.mentions(told_of.replace(name, ",")) else name
+        return remains, name
 
     def denies(self, clause: str) -> bool:
         """Whether a clause takes back all that was said before it."""
@@ -121,6 +126,15 @@ class ClauseReader:
     def corrects(self, clause: str) -> bool:
         """Whether a clause begins like one that replaces what was said before it."""
         return self._correction.match(f" {clause}") is not None
+
+    def _points(self, clauses: Sequence[str]) -> bool:
+        """Whether all that is asked for is to go where something was told of: "can you look"."""
+        steps = [step for clause in clauses for step in self._splitter.steps(clause)]
+        return len(steps) == 1 and next(readings(steps[0].ways, self._pointing), None) is not None
+
+    def is_marker(self, clause: str) -> bool:
+        """Whether a clause does nothing but announce that it will be replaced."""
+        return self._marker.fullmatch(f" {clause}") is not None
 
     def _clauses(self, polished: str) -> list[str]:
         """A line cut at its commas, before what corrects it, and before each request."""
@@ -139,13 +153,13 @@ class ClauseReader:
         """Whether a clause without a command asks for nothing."""
         if is_read(clause, self._told) or self.denies(clause) or self._reader.is_idle(clause):
             return True
-        order = self._order.match(clause) is not None or self._reader.forbids(clause)
+        order = self._reader.orders(clause) or self._reader.forbids(clause)
         strange = len(clause.split()) < _FEWEST_WORDS or self._reader.mentions(clause)
         return not (order or strange or self.corrects(clause))
 
     def _takes_back(self, clause: str) -> bool:
         """Whether a clause tells that what is beside it is not asked for."""
-        return self._never.search(clause) is not None or self.denies(clause)
+        return self._reader.sets_terms(clause) or self.denies(clause)
 
     def _without_contrast(self, clause: str, literals: Sequence[str]) -> str | None:
         """A clause without the goal that it does not mean; None where it names none."""

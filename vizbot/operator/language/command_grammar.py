@@ -25,6 +25,7 @@ from vizbot.operator.language.command import (
     Ask,
     Command,
     Decline,
+    GoOn,
     GoTo,
     Move,
     No,
@@ -187,7 +188,8 @@ class Grammar:
         command = self._joined(self._splitter.steps(polished), literals, bare=bare)
         if self._is_plain(command, literals):
             return command
-        asked, named = self._clauses.asked(polished, literals, bare=bare)
+        asking = self._splitter.polished(line, asking=True)
+        asked, named = self._clauses.asked(asking, literals, bare=bare)
         steps = self._splitter.steps(asked) if asked else []
         if steps and not bare and self._reader.is_towards(steps[0].words):
             return command  # "I went to the kitchen, then to the sofa"
@@ -231,6 +233,8 @@ class Grammar:
             moved = moved or isinstance(commands[-1] if commands else None, Move)
             if denied or self._clauses.corrects(step.whole):
                 commands = []  # "the kitchen, no, the study"
+            if self._clauses.is_marker(step.whole) and place < len(steps) - 1:
+                continue  # "scratch that, the study"
             if moved and not step.words:
                 turns = readings([step.whole], self._turns)  # "turn left, then right"
                 commands += [self._reader.read(rule, found) for rule, found in turns][:1]
@@ -241,6 +245,8 @@ class Grammar:
             isinstance(command, MISSIONS) for command in commands[1:]
         ):
             commands = commands[1:]  # "that is wrong, go to the sofa"
+        if any(isinstance(command, MISSIONS) for command in commands):
+            commands = [command for command in commands if command != GoOn()]
         return join_commands(commands)
 
     def _with_pronoun(

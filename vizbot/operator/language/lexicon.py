@@ -124,7 +124,7 @@ class Lexicon:
                 singular = meant == _known_form(" ".join(words[i : i + count]), self.names)
                 pieces += [text[end:start], heard if singular else meant]
                 notes += [] if singular or meant == heard.casefold() else [(heard, meant)]
-            elif (small := self._small.get(words[i])) is not None:
+            elif (small := self._beside(words[i])) is not None:
                 named = named or words[i] in self.names
                 unknown, strange = [*unknown, *strange], []
                 pieces += [text[end:start], heard if small == words[i] else small]
@@ -136,6 +136,10 @@ class Lexicon:
         unknown += strange
         meaning = Meaning(read or goal, tuple(notes), known=named and not unknown)
         return meaning, unknown, beside
+
+    def _beside(self, word: str) -> str | None:
+        """What a word is that may stand beside a name: "granny's", too."""
+        return word if word.endswith("'s") else self._small.get(word)
 
     def _name_at(self, words: Sequence[str], i: int) -> tuple[int, str | None]:
         """Words of the longest name that begins there, and what it is to the encoder."""

@@ -81,13 +81,15 @@ class StepReader:
         self._towards = re.compile(rf"^(?:{either(words['towards'])}) ")
         self._tail = re.compile(rf"{maker.part('tails')}(?= |$)")
         idle = either([*words["idle"], *words["courtesy"]])
-        self._idle = re.compile(rf"(?: (?:{idle}))+")
+        self._idle = re.compile(rf"(?: (?:{idle})(?= |$))+")
+        verbs = either(language["imperatives"].values())
+        self._order = re.compile(rf"\b(?:{verbs}|{cannot['verbs']})\b")
         self._told_tail = re.compile(rf"{maker.part('told_tails')}(?= |$)")
-        self._subordinate = {word.casefold() for word in words["subordinate"]}
         self._ones = {word.casefold() for word in words["ones"]}
-        self._directions = {word.casefold() for word in words["directions"]}
+        endless = (*words["directions"], *words["subordinate"], *language["remarks"]["unfinished"])
+        self._endless = {word.casefold() for word in endless}
         self._harmless = re.compile(rf"\b(?:{either(language['remarks']['harmless'])})\b")
-        self._no_tail = re.compile(rf"\b(?:{either(language['remarks']['never'])})\b")
+        self._terms = re.compile(rf"\b(?:{either(language['remarks']['never'])})\b")
         self._articles = re.compile(rf"^(?:(?:{either(words['articles'])})(?: |$))+")
 
     def command(
@@ -115,7 +117,7 @@ class StepReader:
                 unsure = self.read(rule, found, literals) if unsure is None else unsure
             elif not forbids or not (rule.kind in FORBIDDABLE or self.forbids(goal)):
                 command = self.read(rule, found, literals)
-                if known or rule.kind != "go" or command is None or goal in self._pronouns:
+                if command is not None and (known or not goal or goal in self._pronouns):
                     return command
                 strange = command if strange is None else strange
         if strange is not None:
@@ -162,6 +164,10 @@ class StepReader:
         """Whether words say what must not be done."""
         return self._not.search(self._harmless.sub(" ", words)) is not None
 
+    def sets_terms(self, words: str) -> bool:
+        """Whether words report, wish, or set a condition or a time, beside what they tell."""
+        return self._terms.search(self._harmless.sub(" ", words)) is not None
+
     def is_pronoun(self, goal: str) -> bool:
         """Whether a goal stands for what was named before."""
         return goal in self._pronouns
@@ -172,8 +178,7 @@ class StepReader:
         After "the chair" "the red one" is a "red chair".
         """
         more, _, last = goal.rpartition(" ")
-        same = goal == named or (last in self._ones and more)
-        return None if not same else named if goal == named else f"{more} {named}"
+        return f"{more} {named}" if more and last in self._ones else None
 
     def is_towards(self, words: str) -> bool:
         """Whether words begin with what stands before a place, like "to"."""
@@ -190,6 +195,10 @@ class StepReader:
     def is_idle(self, words: str) -> bool:
         """Whether words are of courtesy alone, or say nothing at all."""
         return self._idle.fullmatch(f" {words}") is not None
+
+    def orders(self, words: str) -> bool:
+        """Whether words begin with the verb of an order, also of one that cannot be obeyed."""
+        return self._order.match(words) is not None
 
     def named(self, words: str) -> str:
         """The first name of a thing or room among some words; empty without one."""
@@ -214,16 +223,26 @@ class StepReader:
         """
         for found in tails.finditer(words[:_LONGEST_GOAL]):
             goal, tail = self.without_article(words[: found.start()]), words[found.start() :]
-            ends = goal.rpartition(" ")[2] in self._subordinate
-            if self._knows(goal) and not (ends or self._clause.search(goal)):
-                return "" if self._no_tail.search(tail) or self.forbids(tail) else goal
+            if self._is_whole(goal):
+                return "" if self.sets_terms(tail) or self.forbids(tail) else goal
+        return self._before_idle(words)
+
+    def _is_whole(self, goal: str) -> bool:
+        """Whether the robot knows a goal that tells nothing and does not end before it should."""
+        ends = goal.rpartition(" ")[2] not in self._endless
+        return ends and self._knows(goal) and self._clause.search(goal) is None
+
+    def _before_idle(self, words: str) -> str:
+        """The known goal that some words begin with, before a word that says nothing more of it."""
         said = words[:_LONGEST_GOAL].split()
         for end in range(len(said) - 1, 0, -1):
-            goal, rest = self.without_article(" ".join(said[:end])), "".join(f" {w}" for w in said[end:])
-            if self._idle.fullmatch(rest) is None:
-                return ""
-            if self._knows(goal):
-                return goal
+            goal, rest = self.without_article(" ".join(said[:end])), " ".join(["", *said[end:]])
+            if self._idle.match(rest) is not None and self._is_whole(goal):
+                told = self._idle.fullmatch(rest) is not None or not (
+                    self.mentions(rest) or self.sets_terms(rest) or self.forbids(rest)
+                    or self._clause.search(rest) or self._order.search(rest)
+                )  # fmt: skip
+                return goal if told else ""
         return ""
 
     def _loose_command(
@@ -258,8 +277,7 @@ class StepReader:
         for start in (0, *sorted(starts, key=lambda at: not self._articles.match(said[at]))):
             for end in range(len(said), start, -1):
                 name = self.without_article(" ".join(said[start:end]))
-                ends = name.rpartition(" ")[2] in self._directions
-                if self._knows(name) and not (ends or self._clause.search(name)):
+                if self._is_whole(name):
                     return "" if self.is_towards(name) else name
         return ""
 

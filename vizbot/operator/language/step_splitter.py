@@ -19,8 +19,6 @@ _MOST_OPENINGS = 10
 _LONGEST_CLOSING = 40
 """Letters at the end of a step among which a closing is looked for."""
 
-_STUTTER = re.compile(r"\b([^\W\d_]+)(?:,? \1\b)+")
-
 
 @dataclass(frozen=True, slots=True)
 class SentenceStep:
@@ -67,7 +65,10 @@ class StepSplitter:
         units = either(language["units"])
         self._glued_unit = re.compile(rf"\b(\d+(?:[.,]\d+)?)({units})\b")
         self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
+        self._please = re.compile(rf"\b(?:{either(words['please'])}) (?=(?:{either(language['imperatives'].values())})\b)")
         self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
+        twice = either([*words["articles"], *words["towards"], *words["courtesy"], *language["imperatives"].values()])
+        self._stutter = re.compile(rf"\b({twice}|[^\W\d_]{{5,}})(?:,? \1\b)+")
         self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
         courtesy = rf"(?! (?:{either(words['no_courtesy'])}) )(?= .*\b(?:{either(words['addressed'])})\b)(?: (?:{either(words['courtesy'])}))+"
         self._opening = re.compile(
@@ -80,8 +81,9 @@ class StepSplitter:
         }
         self._synonym = re.compile(rf"^(?:{either(self._synonyms)})(?= |$)")
         towards = either(words["towards"])
+        among = [*words["directions"], *words["before_place"]]
         self._directions = re.compile(
-            rf"(?<= )(?:(?:{either(words['directions'])}) )+(?=(?:{towards}) )"
+            rf"(?<= )(?:(?:{either(among)}) )+(?=(?:{towards}) )"
         )
         self._closing = re.compile(rf"{part('closings')}$")
         self._joining = re.compile(rf",\s*(?=(?:{either(words['subordinate'])})\b)")
@@ -105,12 +107,19 @@ class StepSplitter:
             rf"\s*,\s*(?:{and_}) (?=\S)|\s*,\s*(?!\d)|{apart}\s+(?:{and_}) (?=(?:{starters})\b)"
         )
 
-    def polished(self, line: str) -> str:
-        """The line in plain words, with a comma wherever a sentence has a pause."""
+    def polished(self, line: str, *, asking: bool = False) -> str:
+        """The line in plain words, with a comma wherever a sentence has a pause.
+
+        Args:
+            line: As it was said or typed.
+            asking: Whether "please" before an order makes a pause, too.
+        """
         line = plain(re.sub(r"&|\+(?!\d)", f" {self._and} ", line))
         spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
+        if asking:
+            spelt = self._please.sub(", ", spelt)
         spelt = self._glued_unit.sub(r"\1 \2", self._contracted.sub(" is", spelt))
-        spelt = _STUTTER.sub(r"\1", tidy(self._fillers.sub(" ", spelt)))
+        spelt = self._stutter.sub(r"\1", tidy(self._fillers.sub(" ", spelt)))
         polished = self._at_once.sub(" ", spelt)
         polished = tidy(self._joining.sub(" ", self._run_on.sub(r"\1, ", tidy(polished))))
         imperative = self._verbal.sub(
