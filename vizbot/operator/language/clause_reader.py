@@ -12,13 +12,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from itertools import islice
 from typing import Any
 
-from vizbot.operator.language.command import Ask, Decline, GoTo
+from vizbot.operator.language.command import Ask, Command, Decline, GoTo, goals_of
 from vizbot.operator.language.sentence_rules import RuleMaker, is_read, readings
 from vizbot.operator.language.step_reader import StepReader
 from vizbot.operator.language.step_splitter import MOST_STEPS, StepSplitter, either, tidy
 
+_MOST_VERBS = 20
+"""Verbs of a clause before which it may be cut."""
 _FEWEST_WORDS = 3
 """A shorter clause that nobody knows may be whom a line is meant for: "Anna, come back"."""
 
@@ -64,10 +67,10 @@ class ClauseReader:
         self._contrast = re.compile(
             rf"(?P<before>.*?){contrast} (?P<other>.+?)(?P<after>(?: (?:{verbs})\b.*)?)"
         )
-        apart = "".join(rf"(?<!\b{re.escape(word)})" for word in remarks["unfinished"])
-        self._finished = re.compile(
-            rf"^(?P<told>{maker.part('finished')} .*?\S){apart} (?P<order>(?:{verbs})\b.*)"
-        )
+        self._verb = re.compile(rf"(?<= )(?:{verbs})(?= |$)")
+        self._unfinished = {word.casefold() for word in remarks["unfinished"]}
+        self._subject = re.compile(rf"(?:{either(remarks['subjects'])})\b")
+        self._finite = re.compile(rf"\b(?:{either(remarks['finite'])})\b")
 
     def asked(
         self, polished: str, literals: Sequence[str], *, bare: bool = False
@@ -86,7 +89,7 @@ class ClauseReader:
                 nothing: "the dog, he is hungry".
         """
         asked, questions, told = list[str](), list[str](), list[str]()
-        clauses = self._clauses(polished)
+        clauses = self._clauses(polished, literals)
         for clause in clauses if len(clauses) <= MOST_STEPS else []:
             steps = self._splitter.steps(clause)
             command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
@@ -136,18 +139,38 @@ class ClauseReader:
         """Whether a clause does nothing but announce that it will be replaced."""
         return self._marker.fullmatch(f" {clause}") is not None
 
-    def _clauses(self, polished: str) -> list[str]:
-        """A line cut at its commas, before what corrects it, and before each request."""
+    def _clauses(self, polished: str, literals: Sequence[str]) -> list[str]:
+        """A line cut at its commas, before what corrects it, and before each order."""
         corrected = self._corrected.sub(lambda found: f",{found['marker']}, ", f" {polished}")
         clauses = tidy(self._request.sub(", ", corrected)).split(", ")
-        return [part for clause in clauses for part in self._parts(clause)]
+        return [part for clause in clauses for part in self._parts(clause, literals)]
 
-    def _parts(self, clause: str) -> list[str]:
-        """A clause cut before the order that follows what is told: "I am tired go to the sofa"."""
-        found = self._finished.fullmatch(f" {clause}")
-        if found is None or self._reader.mentions(found["told"].rpartition(" ")[2]):
-            return [clause]
-        return [found["told"].strip(), found["order"]]
+    def _parts(self, clause: str, literals: Sequence[str]) -> list[str]:
+        """A clause cut before the orders in it: "I am tired go to the sofa turn around"."""
+        parts, begin = list[str](), 0
+        for found in islice(self._verb.finditer(clause), _MOST_VERBS):
+            before = clause[begin : found.start()].strip()
+            if before and self._is_complete(before, literals):
+                parts.append(before)
+                begin = found.start()
+        return [*parts, clause[begin:]]
+
+    def _is_complete(self, words: str, literals: Sequence[str]) -> bool:
+        """Whether an order may follow words without a pause, since something is said in them."""
+        last = words.rpartition(" ")[2]
+        if last in self._unfinished:
+            return False
+        if self._command(words, literals) is not None:
+            return True
+        told = self._finite.search(words) if self._subject.match(words) else self._only_tells(words)
+        return bool(told) and not (last.endswith("ly") or self._reader.mentions(last))
+
+    def _command(self, words: str, literals: Sequence[str]) -> Command | None:
+        """What words ask for by themselves; None where that is nothing, or nothing that is known."""
+        steps = self._splitter.steps(words)
+        command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
+        known = all(goal in literals or self._reader.knows(goal) for goal in goals_of(command))
+        return command if known and not isinstance(command, Decline) else None
 
     def _only_tells(self, clause: str) -> bool:
         """Whether a clause without a command asks for nothing."""
@@ -166,7 +189,8 @@ class ClauseReader:
         if (found := self._contrast.fullmatch(f" {clause}")) is None:
             return None
         before, other, after = (found[part].strip(" ,") for part in ("before", "other", "after"))
-        if all(self._goes(words, literals) for words in (before, other) if words):
+        other = self._reader.refined(other, "") or other
+        if all(self._goes(words, literals) for words in (before, other) if words.strip()):
             return before or after
         return None
 

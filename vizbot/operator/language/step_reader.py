@@ -80,8 +80,10 @@ class StepReader:
         self._pronouns = {word.casefold() for word in words["pronouns"]}
         self._towards = re.compile(rf"^(?:{either(words['towards'])}) ")
         self._tail = re.compile(rf"{maker.part('tails')}(?= |$)")
-        idle = either([*words["idle"], *words["courtesy"]])
+        idle = either(words["idle"])
         self._idle = re.compile(rf"(?: (?:{idle})(?= |$))+")
+        self._courteous = re.compile(rf"(?: (?:{idle}|{either(words['courtesy'])})(?= |$))+")
+        self._subject = re.compile(rf"\b(?:{either(words['subjects'])}) \w")
         verbs = either(language["imperatives"].values())
         self._order = re.compile(rf"\b(?:{verbs}|{cannot['verbs']})\b")
         self._told_tail = re.compile(rf"{maker.part('told_tails')}(?= |$)")
@@ -136,8 +138,11 @@ class StepReader:
         if self._tells(step.words):
             return Decline(Reason.STATEMENT)
         goal = self._goal(self._towards.sub("", step.words), literals)
-        told = len(goal.split()) > _LONGEST_UNKNOWN and not self._name_in(goal)
-        return None if not goal or (told and goal not in literals) else GoTo((goal,))
+        long = len(goal.split()) > _LONGEST_UNKNOWN and goal not in literals
+        if long and not self._knows(goal) and (self._order.search(goal) or self._subject.search(goal)):
+            return Decline(Reason.STATEMENT)  # "the people here go to the kitchen"
+        told = long and not self._name_in(goal)
+        return None if not goal or told else GoTo((goal,))
 
     def read(
         self, rule: SentenceRule, found: re.Match[str], literals: Sequence[str] = ()
@@ -194,7 +199,7 @@ class StepReader:
 
     def is_idle(self, words: str) -> bool:
         """Whether words are of courtesy alone, or say nothing at all."""
-        return self._idle.fullmatch(f" {words}") is not None
+        return self._courteous.fullmatch(f" {words}") is not None
 
     def orders(self, words: str) -> bool:
         """Whether words begin with the verb of an order, also of one that cannot be obeyed."""
