@@ -57,6 +57,7 @@ class ClauseReader:
         self._going = language["sentences"]["go_to"].format(goals="").strip()
         self._told = maker.rules({"remark": remarks["ways"]})
         self._denials = maker.rules({"denial": remarks["denials"]})
+        self._retracts = re.compile(rf"\b(?:{either(remarks['retracts'])})\b")
         self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
         self._request = re.compile(rf",?(?={maker.part('requests')}(?: |$))")
         self._corrected = re.compile(
@@ -105,7 +106,7 @@ class ClauseReader:
                 asked.append(clause)
             elif (
                 self._takes_back(clause)
-                or (asked and self._reader.forbids(clause))
+                or (asked and self._reader.forbids(clause) and self._retracts.search(clause))
                 or (bare and (self._backwards.search(clause) or self._reader.mentions(clause)))
             ):
                 return "", ""
@@ -157,9 +158,11 @@ class ClauseReader:
 
     def _is_complete(self, words: str, literals: Sequence[str]) -> bool:
         """Whether an order may follow words without a pause, since something is said in them."""
-        last = words.rpartition(" ")[2]
-        if last in self._unfinished:
+        steps = self._splitter.steps(words)
+        ends = {said.rpartition(" ")[2] for said in (words, *(step.words for step in steps))}
+        if ends & self._unfinished:
             return False
+        last = words.rpartition(" ")[2]
         if self._command(words, literals) is not None:
             return True
         told = self._finite.search(words) if self._subject.match(words) else self._only_tells(words)
