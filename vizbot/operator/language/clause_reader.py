@@ -18,7 +18,13 @@ from typing import Any
 from vizbot.operator.language.command import Ask, Command, Decline, GoTo, goals_of
 from vizbot.operator.language.sentence_rules import RuleMaker, is_read, readings
 from vizbot.operator.language.step_reader import StepReader
-from vizbot.operator.language.step_splitter import MOST_STEPS, StepSplitter, either, tidy
+from vizbot.operator.language.step_splitter import (
+    MOST_STEPS,
+    SentenceStep,
+    StepSplitter,
+    either,
+    tidy,
+)
 
 _MOST_VERBS = 20
 """Verbs of a clause before which it may be cut."""
@@ -53,6 +59,7 @@ class ClauseReader:
         marker, pause = maker.part("corrections"), maker.part("pauses")
         contrast = maker.part("contrasts")
         self._splitter, self._reader = splitter, reader
+        self._looking = maker.rules({"look": remarks["looking"]})
         self._pointing = maker.rules({"go": remarks["pointing"]})
         self._going = language["sentences"]["go_to"].format(goals="").strip()
         self._told = maker.rules({"remark": remarks["ways"]})
@@ -96,7 +103,9 @@ class ClauseReader:
             command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
             if isinstance(command, Ask):
                 questions.append(clause)
-            elif not isinstance(command, Decline | None) or self.is_marker(clause):
+            elif self.is_marker(clause) or not (
+                isinstance(command, Decline | None) or self._reader.is_idle(clause)
+            ):
                 asked.append(clause)
             elif (kept := self._without_contrast(clause, literals)) is not None:
                 if bare and not (kept or asked):
@@ -105,8 +114,8 @@ class ClauseReader:
             elif not self._only_tells(clause):
                 asked.append(clause)
             elif (
-                self._takes_back(clause)
-                or (asked and self._reader.forbids(clause) and self._retracts.search(clause))
+                self._reader.sets_terms(clause)
+                or (asked and self._takes_back(clause))
                 or (bare and (self._backwards.search(clause) or self._reader.mentions(clause)))
             ):
                 return "", ""
@@ -126,6 +135,10 @@ class ClauseReader:
     def denies(self, clause: str) -> bool:
         """Whether a clause takes back all that was said before it."""
         return is_read(clause, self._denials)
+
+    def only_looks(self, step: SentenceStep) -> bool:
+        """Whether a step asks for no more than to look where the one before it leads."""
+        return is_read(step.whole, self._looking)
 
     def corrects(self, clause: str) -> bool:
         """Whether a clause begins like one that replaces what was said before it."""
@@ -177,22 +190,26 @@ class ClauseReader:
 
     def _only_tells(self, clause: str) -> bool:
         """Whether a clause without a command asks for nothing."""
-        if is_read(clause, self._told) or self.denies(clause) or self._reader.is_idle(clause):
+        ways = [way for step in self._splitter.steps(clause) for way in (step.whole, *step.ways)]
+        told = next(readings(ways[:_MOST_VERBS], self._told), None) is not None
+        if told or self.denies(clause) or self._reader.is_idle(clause):
             return True
         order = self._reader.orders(clause) or self._reader.forbids(clause)
         strange = len(clause.split()) < _FEWEST_WORDS or self._reader.mentions(clause)
         return not (order or strange or self.corrects(clause))
 
     def _takes_back(self, clause: str) -> bool:
-        """Whether a clause tells that what is beside it is not asked for."""
-        return self._reader.sets_terms(clause) or self.denies(clause)
+        """Whether a clause tells that what was asked for before it is not."""
+        forbids = self._reader.forbids(clause) and self._retracts.search(clause) is not None
+        return forbids or self.denies(clause)
 
     def _without_contrast(self, clause: str, literals: Sequence[str]) -> str | None:
         """A clause without the goal that it does not mean; None where it names none."""
         if (found := self._contrast.fullmatch(f" {clause}")) is None:
             return None
         before, other, after = (found[part].strip(" ,") for part in ("before", "other", "after"))
-        other = self._reader.refined(other, "") or other
+        if self._reader.refined(other, "") is not None:
+            other = ""  # "the red one"
         if all(self._goes(words, literals) for words in (before, other) if words.strip()):
             return before or after
         return None

@@ -235,12 +235,14 @@ class Grammar:
                 commands = []  # "the kitchen, no, the study"
             if self._clauses.is_marker(step.whole) and place < len(steps) - 1:
                 continue  # "scratch that, the study"
+            if commands and isinstance(commands[-1], GoTo) and self._clauses.only_looks(step):
+                continue  # "go to the door and see who is there"
             if moved and not step.words:
                 turns = readings([step.whole], self._turns)  # "turn left, then right"
                 commands += [self._reader.read(rule, found) for rule, found in turns][:1]
             elif not denied and step.words:  # what only opens a sentence is no step of its own
                 command = self._reader.command(step, literals, bare=bare or place > 0)
-                commands = self._with_pronoun(commands, command, named)
+                commands = self._with_pronoun(commands, command, literals, named)
         if isinstance(commands[0] if commands else None, Yes | No) and any(
             isinstance(command, MISSIONS) for command in commands[1:]
         ):
@@ -250,13 +252,15 @@ class Grammar:
         return join_commands(commands)
 
     def _with_pronoun(
-        self, commands: list[Command | None], command: Command | None, told: str
+        self, commands: list[Command | None], command: Command | None, literals: Sequence[str], told: str
     ) -> list[Command | None]:
         """The commands and another one, whose "it" is what was named last."""
         named = goals_of(commands[-1])[-1:] if commands else ()
         refined = self._reader.refined(goals_of(command)[0], *named) if named and goals_of(command) else None
         if refined is not None and isinstance(commands[-1], GoTo) and isinstance(command, GoTo):
             return [*commands[:-1], replace(commands[-1], goals=(*commands[-1].goals[:-1], refined))]
+        if commands and command == commands[-1] and not set(goals_of(command)) & set(literals):
+            return commands
         if not any(map(self._reader.is_pronoun, goals_of(command)[:1])):
             return [*commands, command]
         if not commands and told and isinstance(command, GoTo):

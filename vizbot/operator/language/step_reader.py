@@ -80,7 +80,7 @@ class StepReader:
         self._pronouns = {word.casefold() for word in words["pronouns"]}
         self._towards = re.compile(rf"^(?:{either(words['towards'])}) ")
         self._tail = re.compile(rf"{maker.part('tails')}(?= |$)")
-        idle = either(words["idle"])
+        idle = f"{either(words['idle'])}|{words['adverb']}"
         self._idle = re.compile(rf"(?: (?:{idle})(?= |$))+")
         self._courteous = re.compile(rf"(?: (?:{idle}|{either(words['courtesy'])})(?= |$))+")
         self._subject = re.compile(rf"\b(?:{either(words['subjects'])}) \w")

@@ -83,7 +83,7 @@ class StepSplitter:
         towards = either(words["towards"])
         among = [*words["directions"], *words["before_place"]]
         self._directions = re.compile(
-            rf"(?<= )(?:(?:{either(among)}) )+(?=(?:{towards}) )"
+            rf"(?<= )(?:(?:{either(among)}|{words['adverb']}) )+(?=(?:{towards}) )"
         )
         self._closing = re.compile(rf"{part('closings')}$")
         self._joining = re.compile(rf",\s*(?=(?:{either(words['subordinate'])})\b)")
