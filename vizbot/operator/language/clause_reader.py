@@ -75,7 +75,7 @@ class ClauseReader:
         self._contrast = re.compile(
             rf"(?P<before>.*?){contrast} (?P<other>.+?)(?P<after>(?: (?:{verbs})\b.*)?)"
         )
-        self._verb = re.compile(rf"(?<= )(?:{verbs})(?= |$)")
+        self._verb = re.compile(rf"(?: (?P<order>{verbs})|{maker.part('tails')})(?= |$)")
         self._unfinished = {word.casefold() for word in remarks["unfinished"]}
         self._subject = re.compile(rf"(?:{either(remarks['subjects'])})\b")
         self._finite = re.compile(rf"\b(?:{either(remarks['finite'])})\b")
@@ -128,8 +128,6 @@ class ClauseReader:
         if name and not questions and self._points(asked):
             asked = [f"{self._going} {name}"]
         remains = ", ".join(asked or questions)
-        if remains == polished:
-            return "", ""
         return remains, name
 
     def denies(self, clause: str) -> bool:
@@ -164,22 +162,31 @@ class ClauseReader:
         parts, begin = list[str](), 0
         for found in islice(self._verb.finditer(clause), _MOST_VERBS):
             before = clause[begin : found.start()].strip()
-            if before and self._is_complete(before, literals):
+            if before and self._is_complete(before, literals, order=bool(found["order"])):
                 parts.append(before)
                 begin = found.start()
-        return [*parts, clause[begin:]]
+        return [*parts, clause[begin:].strip()]
 
-    def _is_complete(self, words: str, literals: Sequence[str]) -> bool:
-        """Whether an order may follow words without a pause, since something is said in them."""
+    def _is_complete(self, words: str, literals: Sequence[str], *, order: bool) -> bool:
+        """Whether another clause may follow words without a pause, since they say something.
+
+        Args:
+            words: They begin the clause.
+            literals: What each mark in them stands for.
+            order: Whether an order follows.
+        """
         steps = self._splitter.steps(words)
         ends = {said.rpartition(" ")[2] for said in (words, *(step.words for step in steps))}
-        if ends & self._unfinished:
+        if ends & self._unfinished or self._reader.forbids(words):
             return False
-        last = words.rpartition(" ")[2]
         if self._command(words, literals) is not None:
             return True
-        told = self._finite.search(words) if self._subject.match(words) else self._only_tells(words)
-        return bool(told) and not (last.endswith("ly") or self._reader.mentions(last))
+        last = words.rpartition(" ")[2]
+        if not order or last.endswith("ly"):
+            return False
+        if self._subject.match(words):
+            return self._finite.search(words) is not None
+        return self._only_tells(words) and not self._reader.mentions(last)
 
     def _command(self, words: str, literals: Sequence[str]) -> Command | None:
         """What words ask for by themselves; None where that is nothing, or nothing that is known."""
@@ -196,7 +203,8 @@ class ClauseReader:
             return True
         order = self._reader.orders(clause) or self._reader.forbids(clause)
         strange = len(clause.split()) < _FEWEST_WORDS or self._reader.mentions(clause)
-        return not (order or strange or self.corrects(clause))
+        goal = any(self._reader.without_article(way) != way for way in ways)
+        return not (order or strange or goal or self.corrects(clause))
 
     def _takes_back(self, clause: str) -> bool:
         """Whether a clause tells that what was asked for before it is not."""

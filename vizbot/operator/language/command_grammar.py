@@ -190,7 +190,7 @@ class Grammar:
             return command
         asking = self._splitter.polished(line, asking=True)
         asked, named = self._clauses.asked(asking, literals, bare=bare)
-        steps = self._splitter.steps(asked) if asked else []
+        steps = self._splitter.steps(asked) if asked not in ("", polished) else []
         if steps and not bare and self._reader.is_towards(steps[0].words):
             return command  # "I went to the kitchen, then to the sofa"
         beside = self._joined(steps, literals, bare=bare, named=named)
@@ -265,6 +265,8 @@ class Grammar:
             return [*commands, command]
         if not commands and told and isinstance(command, GoTo):
             return [replace(command, goals=(told,))]
+        if not commands and told and isinstance(command, WhereIs):
+            return [WhereIs(told)]
         if not named:
             return [*commands, command]
         if isinstance(command, WhereIs) and isinstance(commands[-1], GoTo):

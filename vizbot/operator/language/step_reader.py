@@ -138,11 +138,12 @@ class StepReader:
         if self._tells(step.words):
             return Decline(Reason.STATEMENT)
         goal = self._goal(self._towards.sub("", step.words), literals)
-        long = len(goal.split()) > _LONGEST_UNKNOWN and goal not in literals
-        if long and not self._knows(goal) and (self._order.search(goal) or self._subject.search(goal)):
+        long = len(step.words.split()) > _LONGEST_UNKNOWN and goal not in literals
+        told = self._order.search(step.words) or self._subject.search(step.words)
+        if long and told and not self._knows(goal):
             return Decline(Reason.STATEMENT)  # "the people here go to the kitchen"
-        told = long and not self._name_in(goal)
-        return None if not goal or told else GoTo((goal,))
+        long = long and not self._name_in(goal)
+        return None if not goal or long else GoTo((goal,))
 
     def read(
         self, rule: SentenceRule, found: re.Match[str], literals: Sequence[str] = ()
@@ -199,7 +200,7 @@ class StepReader:
 
     def is_idle(self, words: str) -> bool:
         """Whether words are of courtesy alone, or say nothing at all."""
-        return self._courteous.fullmatch(f" {words}") is not None
+        return self._courteous.fullmatch(f" {words}") is not None and not self.orders(words)
 
     def orders(self, words: str) -> bool:
         """Whether words begin with the verb of an order, also of one that cannot be obeyed."""

@@ -82,6 +82,7 @@ class StepSplitter:
         self._synonym = re.compile(rf"^(?:{either(self._synonyms)})(?= |$)")
         towards = either(words["towards"])
         among = [*words["directions"], *words["before_place"]]
+        self._adverb = re.compile(rf"\b{words['adverb']}\b")
         self._directions = re.compile(
             rf"(?<= )(?:(?:{either(among)}|{words['adverb']}) )+(?=(?:{towards}) )"
         )
@@ -147,6 +148,7 @@ class StepSplitter:
         return [self._read(tidy(part).replace(", ", " ").strip(",")) for part in parts]
 
     def _read(self, whole: str) -> SentenceStep:
+        whole = whole.removesuffix(f" {self._and}")
         left = [whole]
         while len(left) <= _MOST_OPENINGS and left[-1]:
             if (found := self._opening.match(f" {left[-1]}")) is None:
@@ -161,7 +163,7 @@ class StepSplitter:
     def _in_usual_words(self, way: str) -> str:
         """The same with the usual verb, and without directions before the words for a place."""
         usual = self._synonym.sub(lambda found: self._synonyms[found[0]], way, count=1)
-        return self._directions.sub("", usual)
+        return tidy(self._adverb.sub("", self._directions.sub("", usual)))
 
     def _closings(self, words: str) -> list[str]:
         """The words without all that closes them, then with more and more of it."""
