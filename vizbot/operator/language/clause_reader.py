@@ -16,6 +16,7 @@ from itertools import islice
 from typing import Any
 
 from vizbot.operator.language.command import Ask, Command, Decline, GoTo, goals_of
+from vizbot.operator.language.goal_reader import GoalReader
 from vizbot.operator.language.sentence_rules import RuleMaker, is_read, readings
 from vizbot.operator.language.step_reader import StepReader
 from vizbot.operator.language.step_splitter import (
@@ -25,6 +26,7 @@ from vizbot.operator.language.step_splitter import (
     either,
     tidy,
 )
+from vizbot.operator.language.wording import Wording
 
 _MOST_VERBS = 20
 """Verbs of a clause before which it may be cut."""
@@ -41,6 +43,8 @@ class ClauseReader:
         maker: RuleMaker,
         splitter: StepSplitter,
         reader: StepReader,
+        wording: Wording,
+        goals: GoalReader,
     ) -> None:
         """Take over a language.
 
@@ -49,6 +53,8 @@ class ClauseReader:
             maker: Of its rules.
             splitter: Cuts a clause into steps.
             reader: Reads these.
+            wording: Of the same language.
+            goals: Reads its goals.
 
         Raises:
             KeyError: it lacks something.
@@ -59,6 +65,7 @@ class ClauseReader:
         marker, pause = maker.part("corrections"), maker.part("pauses")
         contrast = maker.part("contrasts")
         self._splitter, self._reader = splitter, reader
+        self._wording, self._goals = wording, goals
         self._looking = maker.rules({"look": remarks["looking"]})
         self._pointing = maker.rules({"go": remarks["pointing"]})
         self._going = language["sentences"]["go_to"].format(goals="").strip()
@@ -104,7 +111,7 @@ class ClauseReader:
             if isinstance(command, Ask):
                 questions.append(clause)
             elif self.is_marker(clause) or not (
-                isinstance(command, Decline | None) or self._reader.is_idle(clause)
+                isinstance(command, Decline | None) or self._wording.is_idle(clause)
             ):
                 asked.append(clause)
             elif (kept := self._without_contrast(clause, literals)) is not None:
@@ -114,16 +121,16 @@ class ClauseReader:
             elif not self._only_tells(clause):
                 asked.append(clause)
             elif (
-                self._reader.sets_terms(clause)
+                self._wording.sets_terms(clause)
                 or (asked and self._takes_back(clause))
-                or (bare and (self._backwards.search(clause) or self._reader.mentions(clause)))
+                or (bare and (self._backwards.search(clause) or self._goals.mentions(clause)))
             ):
                 return "", ""
             else:
                 told.append(clause)
         told_of = ", ".join(told)
-        name = self._reader.named(told_of)
-        if self._reader.mentions(told_of.replace(name, ",")):
+        name = self._goals.first_name(told_of)
+        if self._goals.mentions(told_of.replace(name, ",")):
             name = ""
         if name and not questions and self._points(asked):
             asked = [f"{self._going} {name}"]
@@ -177,7 +184,7 @@ class ClauseReader:
         """
         steps = self._splitter.steps(words)
         ends = {said.rpartition(" ")[2] for said in (words, *(step.words for step in steps))}
-        if ends & self._unfinished or self._reader.forbids(words):
+        if ends & self._unfinished or self._wording.forbids(words):
             return False
         if self._command(words, literals) is not None:
             return True
@@ -186,29 +193,29 @@ class ClauseReader:
             return False
         if self._subject.match(words):
             return self._finite.search(words) is not None
-        return self._only_tells(words) and not self._reader.mentions(last)
+        return self._only_tells(words) and not self._goals.mentions(last)
 
     def _command(self, words: str, literals: Sequence[str]) -> Command | None:
-        """What words ask for by themselves; None where that is nothing, or nothing that is known."""
+        """What words ask for by themselves; None where that is nothing, or nothing known."""
         steps = self._splitter.steps(words)
         command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
-        known = all(goal in literals or self._reader.knows(goal) for goal in goals_of(command))
+        known = all(goal in literals or self._goals.knows(goal) for goal in goals_of(command))
         return command if known and not isinstance(command, Decline) else None
 
     def _only_tells(self, clause: str) -> bool:
         """Whether a clause without a command asks for nothing."""
         ways = [way for step in self._splitter.steps(clause) for way in (step.whole, *step.ways)]
         told = next(readings(ways[:_MOST_VERBS], self._told), None) is not None
-        if told or self.denies(clause) or self._reader.is_idle(clause):
+        if told or self.denies(clause) or self._wording.is_idle(clause):
             return True
-        order = self._reader.orders(clause) or self._reader.forbids(clause)
-        strange = len(clause.split()) < _FEWEST_WORDS or self._reader.mentions(clause)
-        goal = any(self._reader.without_article(way) != way for way in ways)
+        order = self._wording.begins_order(clause) or self._wording.forbids(clause)
+        strange = len(clause.split()) < _FEWEST_WORDS or self._goals.mentions(clause)
+        goal = any(self._goals.without_article(way) != way for way in ways)
         return not (order or strange or goal or self.corrects(clause))
 
     def _takes_back(self, clause: str) -> bool:
         """Whether a clause tells that what was asked for before it is not."""
-        forbids = self._reader.forbids(clause) and self._retracts.search(clause) is not None
+        forbids = self._wording.forbids(clause) and self._retracts.search(clause) is not None
         return forbids or self.denies(clause)
 
     def _without_contrast(self, clause: str, literals: Sequence[str]) -> str | None:
@@ -216,7 +223,7 @@ class ClauseReader:
         if (found := self._contrast.fullmatch(f" {clause}")) is None:
             return None
         before, other, after = (found[part].strip(" ,") for part in ("before", "other", "after"))
-        if self._reader.refined(other, "") is not None:
+        if self._goals.refined(other, "") is not None:
             other = ""  # "the red one"
         if all(self._goes(words, literals) for words in (before, other) if words.strip()):
             return before or after
@@ -228,4 +235,4 @@ class ClauseReader:
         if len(steps) != 1:
             return False
         command = self._reader.command(steps[0], literals, bare=True)
-        return isinstance(command, GoTo) and all(map(self._reader.knows, command.goals))
+        return isinstance(command, GoTo) and all(map(self._goals.knows, command.goals))

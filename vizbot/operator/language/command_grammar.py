@@ -35,11 +35,13 @@ from vizbot.operator.language.command import (
     Yes,
     goals_of,
     join_commands,
+    with_goals,
 )
+from vizbot.operator.language.goal_reader import GoalReader, literal_mark, without_marks
 from vizbot.operator.language.sentence_kinds import ALONE
 from vizbot.operator.language.sentence_rules import RuleMaker, readings
 from vizbot.operator.language.sentence_writer import SentenceWriter
-from vizbot.operator.language.step_reader import StepReader, literal_mark, without_marks
+from vizbot.operator.language.step_reader import StepReader
 from vizbot.operator.language.step_splitter import (
     SentenceStep,
     StepSplitter,
@@ -47,6 +49,7 @@ from vizbot.operator.language.step_splitter import (
     plain,
     tidy,
 )
+from vizbot.operator.language.wording import Wording
 
 _QUOTE = re.compile(r"[\"\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}]")
 _LITERAL = re.compile(rf"{_QUOTE.pattern}(.*?){_QUOTE.pattern}")
@@ -79,9 +82,13 @@ class Grammar:
         """
         words = language["words"]
         maker = RuleMaker(language)
-        self._reader = StepReader(language, maker, is_name, knows)
+        wording = Wording(language)
+        self._goals = GoalReader(language, maker.part, wording, is_name, knows)
+        self._reader = StepReader(language, maker, wording, self._goals)
         self._splitter = StepSplitter(language, maker.part)
-        self._clauses = ClauseReader(language, maker, self._splitter, self._reader)
+        self._clauses = ClauseReader(
+            language, maker, self._splitter, self._reader, wording, self._goals
+        )
         self._writer = SentenceWriter(language["sentences"])
         self.examples: tuple[str, ...] = tuple(language["examples"])
         self.rules = self._reader.rules
@@ -115,7 +122,7 @@ class Grammar:
         if command is not None and not self._is_plain(with_bare, literals):
             return command
         command = with_bare
-        whole = self._reader.without_article(tidy(plain(line)).replace(",", ""))
+        whole = self._goals.without_article(tidy(plain(line)).replace(",", ""))
         if command == GoTo((whole,)) and not _QUOTE.search(line):
             return GoTo((line.strip(" .,;:!?"),))
         return command
@@ -153,7 +160,7 @@ class Grammar:
 
     def without_article(self, goal: str) -> str:
         """A goal without the articles before it."""
-        return self._reader.without_article(goal.casefold())
+        return self._goals.without_article(goal.casefold())
 
     def _without_literals(self, line: str) -> tuple[str, Sequence[str]]:
         """The line with a mark in place of each part in quotes, and these parts.
@@ -191,7 +198,7 @@ class Grammar:
         asking = self._splitter.polished(line, asking=True)
         asked, named = self._clauses.asked(asking, literals, bare=bare)
         steps = self._splitter.steps(asked) if asked not in ("", polished) else []
-        if steps and not bare and self._reader.is_towards(steps[0].words):
+        if steps and not bare and self._goals.is_towards(steps[0].words):
             return command  # "I went to the kitchen, then to the sofa"
         beside = self._joined(steps, literals, bare=bare, named=named)
         found = self._is_plain(beside, literals) and not isinstance(beside, Yes | No)
@@ -201,8 +208,8 @@ class Grammar:
         """Whether a command is one that the robot can do as it stands."""
         if isinstance(command, Decline | None):
             return False
-        goals = (goal for goal in goals_of(command) if not self._reader.is_pronoun(goal))
-        return all(goal in literals or self._reader.knows(goal) for goal in goals)
+        goals = (goal for goal in goals_of(command) if not self._goals.is_pronoun(goal))
+        return all(goal in literals or self._goals.knows(goal) for goal in goals)
 
     def _joined(
         self,
@@ -235,7 +242,8 @@ class Grammar:
                 commands = []  # "the kitchen, no, the study"
             if self._clauses.is_marker(step.whole) and place < len(steps) - 1:
                 continue  # "scratch that, the study"
-            if commands and isinstance(commands[-1], GoTo) and self._clauses.only_looks(step):
+            goes = commands and isinstance(commands[-1], GoTo)
+            if goes and self._clauses.only_looks(step):
                 continue  # "go to the door and see who is there"
             if moved and not step.words:
                 turns = readings([step.whole], self._turns)  # "turn left, then right"
@@ -252,21 +260,25 @@ class Grammar:
         return join_commands(commands)
 
     def _with_pronoun(
-        self, commands: list[Command | None], command: Command | None, literals: Sequence[str], told: str
+        self,
+        commands: list[Command | None],
+        command: Command | None,
+        literals: Sequence[str],
+        told: str,
     ) -> list[Command | None]:
         """The commands and another one, whose "it" is what was named last."""
         named = goals_of(commands[-1])[-1:] if commands else ()
-        refined = self._reader.refined(goals_of(command)[0], *named) if named and goals_of(command) else None
-        if refined is not None and isinstance(commands[-1], GoTo) and isinstance(command, GoTo):
-            return [*commands[:-1], replace(commands[-1], goals=(*commands[-1].goals[:-1], refined))]
+        last = commands[-1] if commands else None
+        if isinstance(last, GoTo) and isinstance(command, GoTo):
+            refined = self._goals.refined(command.goals[0], last.goals[-1])
+            if refined is not None:
+                return [*commands[:-1], replace(last, goals=(*last.goals[:-1], refined))]
         if commands and command == commands[-1] and not set(goals_of(command)) & set(literals):
             return commands
-        if not any(map(self._reader.is_pronoun, goals_of(command)[:1])):
+        if not any(map(self._goals.is_pronoun, goals_of(command)[:1])):
             return [*commands, command]
-        if not commands and told and isinstance(command, GoTo):
-            return [replace(command, goals=(told,))]
-        if not commands and told and isinstance(command, WhereIs):
-            return [WhereIs(told)]
+        if not commands and told and isinstance(command, GoTo | WhereIs):
+            return [with_goals(command, (told, *goals_of(command)[1:]))]
         if not named:
             return [*commands, command]
         if isinstance(command, WhereIs) and isinstance(commands[-1], GoTo):

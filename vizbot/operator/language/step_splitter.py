@@ -65,15 +65,13 @@ class StepSplitter:
         units = either(language["units"])
         self._glued_unit = re.compile(rf"\b(\d+(?:[.,]\d+)?)({units})\b")
         self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
-        self._please = re.compile(rf"\b(?:{either(words['please'])}) (?=(?:{either(language['imperatives'].values())})\b)")
+        verbs = either({*language["imperatives"].values()})
+        self._please = re.compile(rf"\b(?:{either(words['please'])}) (?=(?:{verbs})\b)")
         self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
-        twice = either([*words["articles"], *words["towards"], *words["courtesy"], *language["imperatives"].values()])
-        self._stutter = re.compile(rf"\b({twice}|[^\W\d_]{{5,}})(?:,? \1\b)+")
+        twice = either([*words["articles"], *words["towards"], *words["courtesy"]])
+        self._stutter = re.compile(rf"\b({verbs}|{twice}|[^\W\d_]{{5,}})(?:,? \1\b)+")
         self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
-        courtesy = rf"(?! (?:{either(words['no_courtesy'])}) )(?= .*\b(?:{either(words['addressed'])})\b)(?: (?:{either(words['courtesy'])}))+"
-        self._opening = re.compile(
-            rf"^(?:{courtesy} (?:{either(words['after_courtesy'])})|{part('openings')})(?= |$)"
-        )
+        self._opening = re.compile(rf"^(?:{_courtesy(words)}|{part('openings')})(?= |$)")
         self._synonyms = {
             word.casefold(): verb
             for verb, them in language["synonyms"].items()
@@ -92,7 +90,6 @@ class StepSplitter:
         self._run_on = re.compile(rf"((?:^|, )(?:{told}) [^,]+?) (?=(?:{asked}) )")
         then, before, and_ = (either(words[name]) for name in ("then", "before_then", "and"))
         sooner = either(words["sooner"])
-        verbs = either({*language["imperatives"].values()})
         self._orders = tuple(
             re.compile(order)
             for place in ("before", "after")
@@ -176,6 +173,13 @@ class StepSplitter:
             words = f"{head}{padded[: found.start()]}".strip()
             ways.insert(0, words)
         return ways
+
+
+def _courtesy(words: Mapping[str, Sequence[str]]) -> str:
+    """What reads words of courtesy before an order: "would it be at all possible for you to"."""
+    begin = rf"(?! (?:{either(words['no_courtesy'])}) )(?= .*\b(?:{either(words['addressed'])})\b)"
+    end = either(words["after_courtesy"])
+    return rf"{begin}(?: (?:{either(words['courtesy'])}))+ (?:{end})"
 
 
 def _orders(place: str, words: Mapping[str, Sequence[str]], verbs: str) -> tuple[str, ...]:
