@@ -71,6 +71,7 @@ class ClauseReader:
         self._going = language["sentences"]["go_to"].format(goals="").strip()
         self._told = maker.rules({"remark": remarks["ways"]})
         self._denials = maker.rules({"denial": remarks["denials"]})
+        self._amount = re.compile(rf"\d|\b(?:{either(language['units'])})\b")
         self._retracts = re.compile(rf"\b(?:{either(remarks['retracts'])})\b")
         self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
         self._request = re.compile(rf",?(?={maker.part('requests')}(?: |$))")
@@ -210,6 +211,7 @@ class ClauseReader:
             return True
         order = self._wording.begins_order(clause) or self._wording.forbids(clause)
         strange = len(clause.split()) < _FEWEST_WORDS or self._goals.mentions(clause)
+        strange = strange or self._amount.search(clause) is not None
         goal = any(self._goals.without_article(way) != way for way in ways)
         return not (order or strange or goal or self.corrects(clause))
 
