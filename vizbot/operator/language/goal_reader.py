@@ -153,4 +153,5 @@ class GoalReader:
         ends = said[-1:] and said[-1] not in self._endless
         if not ends and not self.is_name(" ".join(said[-2:])):  # a "trash can" ends
             return False
-        return self.knows(goal) and not self._wording.has_clause(goal)
+        known = self.knows(goal) and said[-1] not in self._ones
+        return known and not self._wording.has_clause(goal)

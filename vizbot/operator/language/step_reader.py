@@ -116,7 +116,9 @@ class StepReader:
         if kind in ALONE:
             return ALONE[kind]
         if kind in ABOUT or kind == "go":
-            goal = self._goals.goal(slot(found, "goal"), literals)
+            said = slot(found, "goal")
+            place = self._goals.without_towards(said) if kind == "go" else said
+            goal = self._goals.goal(place, literals)
             return self._about(kind, goal) if goal else None
         if kind == "forward":
             way = self._maker.amount(found)
