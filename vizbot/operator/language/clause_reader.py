@@ -185,7 +185,8 @@ class ClauseReader:
         """
         steps = self._splitter.steps(words)
         ends = {said.rpartition(" ")[2] for said in (words, *(step.words for step in steps))}
-        if ends & self._unfinished or self._wording.forbids(words):
+        idle = self._wording.is_idle(words) or self._wording.forbids(words)
+        if idle or ends & self._unfinished:
             return False
         if self._command(words, literals) is not None:
             return True

@@ -281,7 +281,7 @@ class Grammar:
             return [with_goals(command, (told, *goals_of(command)[1:]))]
         if not named:
             return [*commands, command]
-        if isinstance(command, WhereIs) and isinstance(commands[-1], GoTo):
+        if isinstance(command, WhereIs) and isinstance(commands[-1], GoTo | WhereIs):
             return [*commands[:-1], WhereIs(*named)]  # "my bag, where is it?"
         if not isinstance(command, GoTo):
             return [*commands, command]
