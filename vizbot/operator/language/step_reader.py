@@ -52,7 +52,7 @@ class StepReader:
         self._loose = maker.rules(language["loose"])
         self._cannot_early = maker.rules({"cannot": cannot["early"]})
         self._cannot = maker.rules({"cannot": [able, *cannot["ways"]]})
-        self._subject = re.compile(rf"\b(?:{either(language['words']['subjects'])}) \w")
+        self._subject = re.compile(rf"\b(?:{either(language['remarks']['subjects'])}) \w")
 
     def command(
         self, step: SentenceStep, literals: Sequence[str] = (), *, bare: bool = False

@@ -86,8 +86,6 @@ class StepSplitter:
         )
         self._closing = re.compile(rf"{part('closings')}$")
         self._joining = re.compile(rf",\s*(?=(?:{either(words['subordinate'])})\b)")
-        told, asked = either(words["subjects"]), either(words["run_on"])
-        self._run_on = re.compile(rf"((?:^|, )(?:{told}) [^,]+?) (?=(?:{asked}) )")
         then, before, and_ = (either(words[name]) for name in ("then", "before_then", "and"))
         sooner = either(words["sooner"])
         self._orders = tuple(
@@ -119,7 +117,7 @@ class StepSplitter:
         spelt = self._glued_unit.sub(r"\1 \2", self._contracted.sub(" is", spelt))
         spelt = self._stutter.sub(r"\1", tidy(self._fillers.sub(" ", spelt)))
         polished = self._at_once.sub(" ", spelt)
-        polished = tidy(self._joining.sub(" ", self._run_on.sub(r"\1, ", tidy(polished))))
+        polished = tidy(self._joining.sub(" ", tidy(polished)))
         imperative = self._verbal.sub(
             lambda found: f"{found['before']} {self._forms[found['verb']]}", polished
         )
