@@ -72,7 +72,7 @@ def test_a_state_with_all_that_it_may_hold_fits_its_model(http, session):
     session.ask(["sofa", "bed"])
     session.queue.current()
     session.queue.finish(Outcome.ARRIVED, "there it is", (1.0, 2.0, 0.4))
-    session.write_end("sofa", Outcome.ARRIVED, "there it is")
+    session.log.write_end("sofa", Outcome.ARRIVED, "there it is")
     session.take_lease("ann")
     session.on_step(step(0))
     state = http.get("/state").json()
