@@ -12,7 +12,7 @@ from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Effort, Step
 from vizbot.core.types import BaseState
 from vizbot.operator.client.base_json import base_report
-from vizbot.operator.figures.panels import TILE, MapView
+from vizbot.operator.figures.panels import LARGE, MapView
 from vizbot.operator.session.arrival import Arrival
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.session_log import LogEntry
@@ -82,12 +82,12 @@ def state_of(session: OperatorSession) -> dict[str, object]:
 
 def _map_view(step: Step, turn: float) -> dict[str, object]:
     """Where the picture of the map lies in `map`; see `answers.MapPictureView`."""
-    view = MapView.from_step(step, turn)
+    view = MapView.from_step(step, turn, LARGE)
     return {
         "corner": [round(float(value), 3) for value in view.corner],
         "metres_per_pixel": 1.0 / view.scale,
-        "width": TILE[0],
-        "height": TILE[1],
+        "width": view.size[0],
+        "height": view.size[1],
         "turn": view.turn,
     }
 
