@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -72,15 +73,16 @@ def jobs_done(session):
     """A robot's loop that only does what people want between two steps; what it refutes."""
     refuted = []
     pipeline = SimpleNamespace(refute=lambda: refuted.append(True))
+    closed = threading.Event()
 
     def loop():
-        while (job := session.jobs.get()) is not None:
-            job[0](pipeline)
+        while not closed.is_set():
+            session.jobs.do_next(pipeline, within=0.05)
 
     with ThreadPoolExecutor(1) as robot:
         robot.submit(loop)
         yield refuted
-        session.jobs.put(None)
+        closed.set()
 
 
 @contextmanager

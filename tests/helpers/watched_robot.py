@@ -146,7 +146,7 @@ class WatchedRobot:
             self.session.queue.current()
             self.session.on_goal(report)
 
-        self.session.between_steps(end).result(DEADLINE)
+        self.session.jobs.submit(end).result(DEADLINE)
 
     def close(self):
         self._closed.set()
@@ -159,8 +159,8 @@ class WatchedRobot:
             if (told.linear, told.angular) != (self.twist.linear, self.twist.angular):
                 self.driven.append(told)
             self.twist = told
-            while not self.session.jobs.empty():
-                self.session.jobs.get()[0](self.pipeline)
+            while self.session.jobs.do_next(self.pipeline):
+                pass
             if ticks % 10 == 0:
                 self.session.begin_step()
                 asked = self.session.queue.current()

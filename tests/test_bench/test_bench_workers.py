@@ -38,8 +38,9 @@ def test_every_job_has_a_process_of_its_own():
     assert len(processes) == 4 and os.getpid() not in processes
 
 
-def test_a_caller_that_leaves_early_leaves_no_process_behind():
-    for _ in in_parallel(time.sleep, [0.0, 600.0, 600.0], "naps", described):
+@pytest.mark.parametrize("more", [2, 9])
+def test_a_caller_that_leaves_early_leaves_no_process_behind(more):
+    for _ in in_parallel(time.sleep, [0.0, *more * [600.0]], "naps", described):
         break
     assert multiprocessing.active_children() == []
 

@@ -69,7 +69,7 @@ def test_nobody_is_told_to_launch_again(page, robot):
     reason = "the base does not obey since it was lifted; press Clean and launch again"
     robot.session.queue.current()
     robot.session.queue.finish(Outcome.GAVE_UP, reason)
-    robot.session.write("ended", f"sofa: gave up ({reason})")
+    robot.session.log.write("ended", f"sofa: gave up ({reason})")
     told = "the base does not obey since it was lifted; let it drive again"
     says(page, "#goals li.poor", f"Not done: {told}")
     says(page, "#log li", told)
@@ -96,7 +96,9 @@ def test_of_a_base_that_is_silent_nothing_is_known_and_its_charge_stays_for_a_wh
 def test_the_log_tells_in_words_alone_and_a_phone_has_room_for_them(open_page, server, robot):
     phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
     page = open_page(server.url, **phone)
-    robot.session.write("ended", "sofa: not found (nothing like it in all that the robot has seen)")
+    robot.session.log.write(
+        "ended", "sofa: not found (nothing like it in all that the robot has seen)"
+    )
     line = page.locator("#log li", has_text="nothing like it")
     line.wait_for()
     assert line.locator("> *").count() == 2

@@ -48,7 +48,7 @@ ROOM = f"""
 </mujoco>
 """
 ALL_PICTURES = (
-    "[...document.querySelectorAll('figure img')].every((one) => one.naturalWidth === 480)"
+    "[...document.querySelectorAll('figure img')].every((one) => one.naturalWidth >= 480)"
 )
 STRAIGHT_AWAY = """
 [objectnav]

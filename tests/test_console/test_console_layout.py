@@ -74,7 +74,7 @@ def console(open_page, server, size):
         page = open_page(server.url, viewport=viewport, **touched, **settings)
         page.locator("#link.live").wait_for()
         image = page.locator("figure.shown img")
-        until(page, lambda: image.evaluate("image => image.naturalWidth") == 480)
+        until(page, lambda: image.evaluate("image => image.naturalWidth") >= 480)
         return page
 
     return console

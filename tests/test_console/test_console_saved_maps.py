@@ -51,7 +51,7 @@ def test_a_map_is_deleted_after_one_question(page, maps, robot):
     says(page, "#maps-said", "“attic” is deleted.")
     item(page, "attic").wait_for(state="detached")
     assert names_in(maps) == ["home"]
-    assert robot.session.log()[-1].text == "the map 'attic' is deleted"
+    assert robot.session.log.lines()[-1].text == "the map 'attic' is deleted"
 
 
 def test_a_map_is_renamed_by_keyboard_alone(page, maps):

@@ -27,10 +27,10 @@ def test_a_stop_is_sent_again_for_as_long_as_nobody_hears_it(page, robot):
     page.unroute("**/stop")
     until(page, robot.session.stopped.is_set)
     page.locator("#alarm").wait_for(state="hidden")
-    told = len(robot.session.log())
+    told = len(robot.session.log.lines())
     page.clock.fast_forward(2000)
     page.wait_for_timeout(200)
-    assert len(robot.session.log()) == told
+    assert len(robot.session.log.lines()) == told
 
 
 def test_a_stop_that_a_broken_link_swallows_is_sent_as_soon_as_the_link_lives(

@@ -72,7 +72,7 @@ def test_marks_lie_on_a_turned_map_where_they_are(page, turned, robot):
     stand_in(
         page, "/map/rooms", lambda _: {"rooms": [{"name": "study", "position": [*ASKEW_MIDDLE]}]}
     )
-    robot.session.write("map", "another line")  # it is read anew
+    robot.session.log.write("map", "another line")  # it is read anew
     says(page, "#overlay .room", "study")
     box = page.locator("#overlay .room").bounding_box()
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2

@@ -21,6 +21,7 @@ from vizbot.operator.api.image_stream import Pictures
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.session.loop_jobs import MOST
 from vizbot.operator.session.session import OperatorSession
 
 
@@ -100,7 +101,7 @@ def test_a_task_is_called_off_by_its_number_and_the_others_stay(http, session):
     session.queue.current()
     assert http.request("DELETE", "/tasks/2", json={"who": "ann"}).json() == {"asked": True}
     assert asked(http) == [(2, "gave_up"), (1, None), (3, None)]
-    assert session.log()[-1].text == "bed: gave up (called off by ann)"
+    assert session.log.lines()[-1].text == "bed: gave up (called off by ann)"
     assert not session.queue.current().called_off
     assert http.delete("/tasks/1").status_code == 200
     assert session.queue.current().called_off
@@ -144,8 +145,8 @@ def test_stop_calls_all_off_and_says_who(http, session):
 
 
 def test_a_line_of_the_log_that_tells_of_an_end_names_the_outcome(http, session):
-    session.write_end("sofa", Outcome.GAVE_UP, "no way there")
-    session.write("map", "the map is kept as 'home'")
+    session.log.write_end("sofa", Outcome.GAVE_UP, "no way there")
+    session.log.write("map", "the map is kept as 'home'")
     ended, other = http.get("/state").json()["log"]
     assert (ended["code"], ended["outcome"]) == ("ended", "gave_up")
     assert ended["text"] == "sofa: gave up (no way there)"
@@ -153,18 +154,18 @@ def test_a_line_of_the_log_that_tells_of_an_end_names_the_outcome(http, session)
 
 
 def test_a_flood_of_stops_leaves_the_rest_of_the_log(http, session):
-    session.write("warning", "the camera is gone")
+    session.log.write("warning", "the camera is gone")
     for number in range(300):
         http.post("/stop", json={"who": "ann"})
         session.stop(f"somebody {number}")
-    lines = [line.text for line in session.log()]
+    lines = [line.text for line in session.log.lines()]
     assert session.stops == 600
     assert lines[0] == "the camera is gone"
     assert lines[-2:] == ["stopped by ann", "stopped by somebody 299"]
     assert len(lines) == 11 and lines.count("stopped by ann") == 1
-    session.write("resume", "somebody asked the base to obey again")
+    session.log.write("resume", "somebody asked the base to obey again")
     session.stop("ann")
-    assert [line.text for line in session.log()].count("stopped by ann") == 2
+    assert [line.text for line in session.log.lines()].count("stopped by ann") == 2
 
 
 def test_the_base_is_asked_to_obey_again(http, session):
@@ -198,11 +199,10 @@ def test_stop_works_while_many_questions_wait(server, session):
     asking = [threading.Thread(target=_ask, args=(server.url, number)) for number in range(45)]
     for thread in asking:
         thread.start()
-    wait_for(lambda: session.jobs.full())
+    wait_for(lambda: len(session.jobs) == MOST)
     with httpx.Client(base_url=server.url, timeout=2.0) as http:
         assert http.post("/stop").status_code == 200
-    while not session.jobs.empty():
-        session.jobs.get()[1].cancel()
+    session.jobs.cancel()
     for thread in asking:
         thread.join()
 

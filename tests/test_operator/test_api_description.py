@@ -72,15 +72,16 @@ def test_a_state_with_all_that_it_may_hold_fits_its_model(http, session):
     session.ask(["sofa", "bed"])
     session.queue.current()
     session.queue.finish(Outcome.ARRIVED, "there it is", (1.0, 2.0, 0.4))
-    session.write_end("sofa", Outcome.ARRIVED, "there it is")
+    session.log.write_end("sofa", Outcome.ARRIVED, "there it is")
     session.take_lease("ann")
     session.on_step(step(0))
     state = http.get("/state").json()
-    assert state["base"]["mode"] == "safe" and state["map_view"]["width"] == 480
+    assert state["base"]["mode"] == "safe" and state["map_view"]["width"] == 960
 
 
 def test_errors_of_whoever_asks_fit_their_models(session, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    monkeypatch.setattr("vizbot.operator.api.auth._RATE", 0.1)  # a busy machine asks slowly, too
     with served(session, host="0.0.0.0") as server:
         here = server.url.replace("0.0.0.0", "127.0.0.1")
         with DocumentedClient(here) as http:

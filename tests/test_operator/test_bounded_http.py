@@ -28,7 +28,7 @@ def answered(client):
 
 
 def stopped_by(session):
-    return [line.text for line in session.log() if line.text.startswith("stopped by")]
+    return [line.text for line in session.log.lines() if line.text.startswith("stopped by")]
 
 
 @pytest.mark.parametrize(

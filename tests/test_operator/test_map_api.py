@@ -12,6 +12,7 @@ from mapping.clip.scores import Query
 from tests.fuzz.spoilt_maps import replacing
 from tests.helpers.bundles import bundle_of
 from tests.helpers.documented_api import DocumentedClient
+from tests.helpers.roomba_rig import DEADLINE
 from tests.helpers.scripted_robot import ScriptedBase
 from tests.helpers.served import served, wait_for
 from vizbot.config import Config, ObjectNavConfig
@@ -71,9 +72,9 @@ def http(robot):
 
 def drive_ahead(robot, metres=1.0):
     """As somebody by hand would."""
-    robot.session.between_steps(
-        lambda pipeline: robot.body.drive(Twist(metres / 0.21, 0.0))
-    ).result(9)
+    robot.session.jobs.submit(lambda pipeline: robot.body.drive(Twist(metres / 0.21, 0.0))).result(
+        9
+    )
 
 
 def test_the_map_is_asked_in_words(robot, http):
@@ -117,7 +118,8 @@ class Blank:
 @pytest.mark.parametrize(("method", "threshold"), [("paper", 0.3), ("belief", 0.5)])
 def test_before_there_is_a_map_nothing_is_on_it(robot, http, method, threshold):
     blank = Blank(method)
-    loop = threading.Thread(target=lambda: [robot.session.jobs.get()[0](blank) for _ in range(3)])
+    jobs = robot.session.jobs
+    loop = threading.Thread(target=lambda: [jobs.do_next(blank, DEADLINE) for _ in range(3)])
     loop.start()
     said = http.get("/map/places", params={"text": "sofa"}).json()
     assert (said["places"], said["threshold"]) == ([], threshold)
@@ -128,7 +130,7 @@ def test_before_there_is_a_map_nothing_is_on_it(robot, http, method, threshold):
 
 
 def test_what_was_refused_because_the_robot_is_busy_does_not_happen_later(robot, http, monkeypatch):
-    monkeypatch.setattr("vizbot.operator.session.session._WITHIN", 0.05)
+    monkeypatch.setattr("vizbot.operator.session.loop_jobs.WITHIN", 0.05)
     refused = http.put("/map/keep-out", json={"zones": [SQUARE]})
     assert refused.status_code == 503 and "ask again" in refused.json()["detail"]
     robot.start()
@@ -169,7 +171,7 @@ def test_zones_of_people_who_draw_and_remove_at_once_are_all_there(robot, http):
     for person in people:
         person.join()
     assert sorted(http.get("/map/keep-out").json()["zones"]) == zones[3:]
-    assert robot.session.log()[-1].text == "keep-out zones: 3"
+    assert robot.session.log.lines()[-1].text == "keep-out zones: 3"
 
 
 def test_a_zone_that_is_gone_and_one_too_many_are_refused(robot, http):
@@ -275,7 +277,7 @@ def test_zones_alone_make_a_map_worth_keeping(robot, http):
     assert left is not None
     http.post(f"/maps/{left}/begin")
     assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
-    assert robot.session.log()[-1].text.endswith("keep-out zones: 1")
+    assert robot.session.log.lines()[-1].text.endswith("keep-out zones: 1")
 
 
 def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp_path):

@@ -94,7 +94,7 @@ def test_a_map_is_renamed_and_its_robot_stays_in_it(robot, http, maps):
     answer = http.post("/maps/home/rename", json={"name": "ground floor"})
     assert answer.json() == {"renamed": "ground floor"}
     assert listed(http)["ground floor"]["in_use"]
-    assert robot.session.log()[-1].text == "the map 'home' is called 'ground floor' now"
+    assert robot.session.log.lines()[-1].text == "the map 'home' is called 'ground floor' now"
     refused = http.delete("/maps/ground floor")
     assert refused.status_code == 409
     assert "'ground floor' is in use; change to another map first" in refused.json()["detail"]
@@ -114,7 +114,7 @@ def test_no_map_takes_the_name_of_another_one(http, maps):
 def test_a_map_is_deleted_and_the_log_has_it(robot, http, maps):
     assert http.delete("/maps/home").json() == {"deleted": "home"}
     assert names_in(maps) == []
-    assert robot.session.log()[-1].text == "the map 'home' is deleted"
+    assert robot.session.log.lines()[-1].text == "the map 'home' is deleted"
     refused = http.delete("/maps/home")
     assert refused.status_code == 409
     assert refused.json()["detail"] == "there is no saved map 'home'; those that there are: none"

@@ -182,7 +182,7 @@ def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
     robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["blue chair"])}, last=30)
     [task] = robot.run(max_steps=7)
     assert task.reason == "not done within 7 steps"
-    told = [line.text for line in robot.session.log()]
+    told = [line.text for line in robot.session.log.lines()]
     [ended] = [line for line in told if line.startswith("Gave up on the blue chair after ")]
     assert ended.endswith(" m: not done within 7 steps")
 
@@ -198,13 +198,13 @@ def test_what_people_want_of_the_map_is_done_between_two_steps(pipeline_on):
     steps, late, wrong = [], [], []
 
     def ask(session):
-        steps.append(session.between_steps(lambda pipeline: pipeline.steps))
+        steps.append(session.jobs.submit(lambda pipeline: pipeline.steps))
 
     def ask_wrong(session):
-        wrong.append(session.between_steps(lambda pipeline: 1 // 0))
+        wrong.append(session.jobs.submit(lambda pipeline: 1 // 0))
 
     def ask_late(session):
-        late.append(session.between_steps(lambda pipeline: pipeline.steps))
+        late.append(session.jobs.submit(lambda pipeline: pipeline.steps))
 
     script = {0: ask, 7: ask_wrong, 15: ask, 20: ask_late}
     robot = ScriptedRun(pipeline_on, script, last=20)
@@ -263,7 +263,7 @@ class Verdicts:
         session.keep_verdict = lambda report, confirmed: self.kept.append((report.text, confirmed))
         answer = self.people.submit(session.judge, confirmed=self.confirmed, who="ann")
         self.answers.append(answer)
-        wait_for(lambda: not session.jobs.empty() or answer.done())
+        wait_for(lambda: len(session.jobs) or answer.done())
 
     def refusals(self):
         return [str(answer.exception(timeout=DEADLINE)) for answer in self.answers]
@@ -278,7 +278,7 @@ def test_what_is_not_it_is_searched_for_again_at_once(pipeline_on):
     assert [task.number for task in verdicts.answers[0].result()] == [second.number]
     assert second.text == "yellow chair" and robot.steps[81].goal == "yellow chair"
     assert verdicts.kept == [("yellow chair", False)]
-    [line] = [line for line in robot.session.log() if line.code == "verdict"]
+    [line] = [line for line in robot.session.log.lines() if line.code == "verdict"]
     assert line.text == "yellow chair: ann says that is not it; the search goes on"
     if second.position is not None:
         assert np.linalg.norm(np.subtract(second.position, first.position)[:2]) > APART

@@ -15,7 +15,7 @@ def test_people_are_shown_our_warnings_once_and_nobody_elses():
         logging.getLogger("uvicorn.error").warning("Invalid HTTP request received.")
         logging.getLogger("nav").warning("no way")
     logging.getLogger("nav").warning("nobody listens any more")
-    assert [(line.code, line.text) for line in session.log()] == [
+    assert [(line.code, line.text) for line in session.log.lines()] == [
         ("warning", "the camera is gone: plug it in"),
         ("warning", "no way"),
     ]

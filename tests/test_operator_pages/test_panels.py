@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -7,6 +8,7 @@ from tests.helpers.boxes import askew_corners, askew_room
 from tests.helpers.served import scored, step
 from vizbot.core.geometry import planar
 from vizbot.operator.figures.panels import (
+    LARGE,
     THUMBNAIL,
     TILE,
     MapView,
@@ -57,6 +59,17 @@ def test_a_pixel_of_the_map_and_its_place_belong_together():
         column, row = view.pixels(np.array(xy))
         back = view.corner + np.array([column, TILE[1] - row]) / view.scale
         np.testing.assert_allclose(back, xy, atol=1.0 / view.scale)
+
+
+@pytest.mark.parametrize("name", ["obstacle map", "likeness"])
+def test_a_large_map_shows_the_same_in_more_pixels(name):
+    shown = asked(np.array([[0.2, 0.2, 0.5]]), [0.9], path=np.array([[0.0, 0.0], [0.4, 0.4]]))
+    track = np.array([[-0.5, 0.0], [0.0, 0.0]])
+    small, large = (panel(name, shown, track, 0.3, size) for size in (TILE, LARGE))
+    assert large.shape == (LARGE[1], LARGE[0], 3)
+    reduced = cv2.resize(large, TILE, interpolation=cv2.INTER_AREA)
+    unlike = np.abs(small.astype(int) - small.mean()).mean()
+    assert np.abs(reduced.astype(int) - small).mean() < 0.3 * unlike
 
 
 def test_a_robot_that_stands_where_nothing_is_known_is_whole_in_the_picture():

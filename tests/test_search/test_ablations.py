@@ -1,16 +1,20 @@
 """The search without one of its parts: that part alone is gone."""
 
 import numpy as np
+import pytest
 
 from mapping.clip.belief import PlaceBelief
 from mapping.clip.footprint import PLACE
+from mapping.clip.place_views import PlaceViews
+from mapping.clip.scores import Query
+from mapping.clip.weights import fitted_weights
 from nav.frontier import FrontierSearch
 from vizbot.bench.ablations.ablation import ABLATIONS
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
-from vizbot.objectnav.search_parts import ALL_PARTS
+from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Goal
 
 CONFIG = Config()
@@ -81,7 +85,30 @@ def test_without_other_spots_a_place_that_was_looked_at_once_is_left():
 def test_each_takes_one_part_away():
     for name, ablation in ABLATIONS.items():
         changed = [
-            part for part in ("most_looks", "likeness")
+            part for part in SearchParts.__slots__
             if getattr(ablation.parts, part) != getattr(ALL_PARTS, part)
         ]  # fmt: skip
         assert len(changed) + (not ablation.commitment) == 1, name
+
+
+def test_without_the_z_score_it_weighs_nothing():
+    weights = fitted_weights(ABLATIONS["z-score"].parts.weights)
+    for of_views in (weights.near, weights.far):
+        assert (np.flatnonzero(of_views == 0.0) == range(7, 14)).all()
+    assert weights.join.all()
+
+
+def test_without_joined_views_only_the_best_of_a_place_count():
+    search = ABLATIONS["joined views"].search(CONFIG, FrontierSearch(CONFIG.frontier))
+    whole, alone = fitted_weights(), fitted_weights(ABLATIONS["joined views"].parts.weights)
+    assert (alone.near == whole.near).all() and (alone.far == whole.far).all()
+    odds = []
+    for times in (1, 5):  # the same again, from other spots, says nothing more
+        views = PlaceViews()
+        views.add(
+            np.zeros((times, 2), np.int64), np.full(times, 2.0, np.float32),
+            np.zeros(times, np.float32), np.ones(times, np.float32), np.arange(times),
+        )  # fmt: skip
+        odds.append(views.features()[0, 0] @ np.stack([whole.join, alone.join], axis=1))
+    assert odds[0][1] == pytest.approx(odds[1][1]) and odds[0][0] < odds[1][0]
+    assert search.belief_of(SOFA, Query(SOFA.embedding, (1.0, 0.0)))._weights is alone

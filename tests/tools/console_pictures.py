@@ -32,8 +32,8 @@ SCREEN = {"viewport": {"width": 1600, "height": 900}}
 TOUCHED = {"device_scale_factor": 2, "is_mobile": True, "has_touch": True}
 PHONE = {"viewport": {"width": 360, "height": 740}, **TOUCHED}
 ACROSS = {"viewport": {"width": 740, "height": 360}, **TOUCHED}
-ZONE = (254, 240), (288, 300)
-CHOSEN = (141, 110)
+ZONE = (508, 480), (576, 600)
+CHOSEN = (282, 220)
 """Columns and rows in the picture of the map."""
 _PATIENCE = 900.0
 """Longest wait for the robot [s]."""

@@ -23,9 +23,9 @@ from nav.goal_region import sees
 from nav.navigator import GoalPoints, Navigation, navigate
 from nav.way_field import WayField
 from vizbot.config import Config
-from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
+from vizbot.objectnav.frontier_options import FrontierOptions, Option
 from vizbot.objectnav.looks import APART, RINGS, Looks
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
@@ -60,25 +60,6 @@ class _Aim:
     looking: int = 0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Option:
-    """Something that may end the search.
-
-    Attributes:
-        kind: "place" or "frontier".
-        xy: (2,) in `map` [m].
-        probability: That it does.
-        way: What it takes, in metres of free floor.
-        spot_xy: (2,) from where a place is looked at that was looked at before; else None.
-    """
-
-    kind: str
-    xy: NDArray[np.float64]
-    probability: float
-    way: float
-    spot_xy: NDArray[np.float64] | None = None
-
-
 class BeliefSearch:
     """Searches for one goal after another on one map.
 
@@ -94,16 +75,6 @@ class BeliefSearch:
     """From where it has arrived, if there is room."""
     CLOSING = 2.0
     """Distance of a believed place that the robot goes up to before anything else [m]."""
-    GAIN_REACH, MOST_GAIN = 5.0, 30.0
-    """How far behind a frontier the unseen area counts [m], and how much of it at most [m^2]."""
-    VALUE_RADIUS = 1.5
-    """What was seen within this distance of a frontier says what may be behind it [m]."""
-    TURN_WAY = 0.1
-    """Length of way that a turn by one radian is worth [m]."""
-    LEAST_CHANCE = 0.02
-    """Frontiers that are less likely to show what is asked for are left."""
-    MOST_LIKENESS = 2.0
-    """Likeness that counts at a frontier, at most [standard deviations]."""
 
     def __init__(
         self, config: Config, frontiers: FrontierSearch, parts: SearchParts = ALL_PARTS
@@ -118,6 +89,7 @@ class BeliefSearch:
         self._parts = parts
         self._config, self._search = config, config.objectnav.search
         self._frontiers = frontiers
+        self._unseen = FrontierOptions(config, frontiers, likeness=parts.likeness)
         self._costmap = LiveCostmap(config.navigator.costmap)
         self._ways = WayField()
         self._beliefs: dict[str, Belief] = {}
@@ -137,7 +109,7 @@ class BeliefSearch:
             question: The same with the log odds of the encoder.
         """
         if goal.text not in self._beliefs:
-            self._beliefs[goal.text] = Belief(question, fitted_weights())
+            self._beliefs[goal.text] = Belief(question, fitted_weights(self._parts.weights))
         return self._beliefs[goal.text]
 
     def interrupt(self) -> None:
@@ -181,7 +153,7 @@ class BeliefSearch:
             return closing
         while options := [
             *self._place_options(belief, costmap),
-            *self._frontier_options(belief, grid, T_map_base),
+            *self._unseen.options(belief, grid, self._ways, T_map_base),
         ]:
             option = max(options, key=self._worth)
             if self._worth(option) < self._worth_trying:
@@ -274,7 +246,7 @@ class BeliefSearch:
         reason = f"{share:.0%} of what can be reached was seen, and nothing there is likely enough"
         return Decision(STOP, "nothing left to try", ended=(Outcome.NOT_FOUND, reason))
 
-    def _place_options(self, belief: PlaceBelief, costmap: Costmap) -> list[_Option]:
+    def _place_options(self, belief: PlaceBelief, costmap: Costmap) -> list[Option]:
         """The likeliest places that can be looked at, apart from one another."""
         rows, columns = np.nonzero(belief.probabilities >= LEAST)
         places_xy, probabilities = belief.xy(rows, columns), belief.probabilities[rows, columns]
@@ -282,7 +254,7 @@ class BeliefSearch:
         left = np.where(
             looks < self._parts.most_looks, probabilities * self._search.doubt**looks, 0.0
         )
-        options: list[_Option] = []
+        options: list[Option] = []
         for _ in range(MOST_CANDIDATES):
             if len(left) == 0 or left.max() < LEAST:
                 break
@@ -293,7 +265,7 @@ class BeliefSearch:
             else:
                 way, spot = self._other_spot(xy, costmap)
             if np.isfinite(way):
-                options.append(_Option("place", xy, probability, way, spot))
+                options.append(Option("place", xy, probability, way, spot))
             left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
         return options
 
@@ -316,43 +288,7 @@ class BeliefSearch:
                 return float(ways[i]), around[i]
         return np.inf, None
 
-    def _frontier_options(
-        self, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3
-    ) -> list[_Option]:
-        points_xy, areas = self._frontiers.options(
-            grid, self._config.navigator.costmap, self.GAIN_REACH
-        )
-        ways = self._ways.costs(points_xy, self._config.frontier.stand_off)
-        reached_xy = points_xy[np.isfinite(ways)]
-        self._frontiers.count_left(grid, reached_xy, self._config.navigator.costmap)
-        dx, dy = (points_xy - T_map_base[:2, 3]).T
-        turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
-        likeness = self._likeness(belief, points_xy)
-        likeness = np.minimum(likeness, self.MOST_LIKENESS)
-        chances = 1.0 - np.exp(
-            -self._search.findings * np.minimum(areas, self.MOST_GAIN) * np.exp(likeness)
-        )
-        return [
-            _Option("frontier", xy, float(chance), float(way + self.TURN_WAY * turn))
-            for xy, chance, way, turn in zip(points_xy, chances, ways, turns, strict=True)
-            if np.isfinite(way) and chance >= self.LEAST_CHANCE
-        ]
-
-    def _likeness(self, belief: PlaceBelief, points_xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Mean likeness (F,) to the goal of what was seen around each point."""
-        rows, columns = np.nonzero(belief.seen)
-        seen_xy, values = belief.xy(rows, columns), belief.likeness[rows, columns]
-        if len(values) == 0 or not self._parts.likeness:
-            return np.zeros(len(points_xy))
-        mean, spread = float(values.mean()), float(values.std()) + 1e-3
-        found = np.zeros(len(points_xy))
-        for i, xy in enumerate(points_xy):
-            near = np.linalg.norm(seen_xy - xy, axis=1) < self.VALUE_RADIUS
-            if near.any():
-                found[i] = (float(values[near].mean()) - mean) / spread
-        return found
-
-    def _worth(self, option: _Option) -> float:
+    def _worth(self, option: Option) -> float:
         """Probability over way, and more for what the robot is on its way to."""
         ratio = option.probability / (option.way + self.LOOK_WAY[option.kind])
         if option.kind == "place":
@@ -361,7 +297,7 @@ class BeliefSearch:
             ratio *= 1.0 + self._search.commitment
         return ratio
 
-    def _towards(self, option: _Option, costmap: Costmap, T_map_base: SE3) -> Navigation | None:
+    def _towards(self, option: Option, costmap: Costmap, T_map_base: SE3) -> Navigation | None:
         """The way to an option, which becomes the aim."""
         aim = self._aim
         if aim is None or not self._aims_at(option.kind, option.xy):
@@ -396,7 +332,7 @@ class BeliefSearch:
         )
 
 
-def _seen_far_off(option: _Option, T_map_base: SE3) -> str:
+def _seen_far_off(option: Option, T_map_base: SE3) -> str:
     """What a place that is looked at closer is taken for, in one line."""
     away = float(np.linalg.norm(option.xy - T_map_base[:2, 3]))
     from_where = "from another side" if option.spot_xy is not None else "from near by"

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+
+from mapping.clip.weights import FILE
 
 
 @dataclass(frozen=True, slots=True)
@@ -12,10 +15,12 @@ class SearchParts:
     Attributes:
         most_looks: From so many spots a place is looked at.
         likeness: Whether what was seen near a frontier says what may be behind it.
+        weights: File of the numbers that make a belief of what was seen.
     """
 
     most_looks: int = 3
     likeness: bool = True
+    weights: Path = FILE
 
 
 ALL_PARTS = SearchParts()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 from nav.frontier import FrontierSearch
 from vizbot.config import Config
@@ -37,9 +38,13 @@ class Ablation:
         return BeliefSearch(config, frontiers, self.parts)
 
 
+_WEIGHTS = Path(__file__).parent
+
 ABLATIONS: Mapping[str, Ablation] = {
     "likeness at frontiers": Ablation(SearchParts(likeness=False)),
     "other spots": Ablation(SearchParts(most_looks=1)),
     "commitment": Ablation(commitment=False),
+    "z-score": Ablation(SearchParts(weights=_WEIGHTS / "without_z_score.json")),
+    "joined views": Ablation(SearchParts(weights=_WEIGHTS / "without_joined_views.json")),
 }
 """By the part that is taken away."""

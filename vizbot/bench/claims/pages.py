@@ -7,6 +7,7 @@ from pathlib import Path
 
 from vizbot.bench.claims.claims import read_claims
 from vizbot.bench.claims.facts import kept_facts
+from vizbot.bench.fast_world.page import belief_page, write_belief_picture
 from vizbot.bench.faults.page import faults_page
 from vizbot.bench.objectnav.others_page import others_page
 from vizbot.bench.objectnav.scoreboard import scoreboard_page, write_scoreboard_page
@@ -22,6 +23,7 @@ RESULTS = Path("docs/results")
 ROWS = RESULTS / "rows"
 """Folder of the folders of published rows."""
 MADE: Mapping[str, Callable[[Path, Path], str]] = {
+    "belief": belief_page,
     "faults": faults_page,
     "others": others_page,
     "planner": planner_page,
@@ -43,6 +45,7 @@ def page_of(folder: Path) -> Path:
 def write_pages() -> list[Path]:
     """Write the pages and draw their pictures anew from their kept rows; the paths of the pages."""
     write_scoreboard_page(ROWS / "scoreboard", RESULTS / "scoreboard.md")
+    write_belief_picture(ROWS / "belief", RESULTS / "belief.md")
     texts = _made_pages()
     for path, text in texts.items():
         write_whole(path, text.encode())

@@ -3,7 +3,8 @@
 In training homes that neither the encoder nor its threshold has seen, views are taken from places
 drawn by the home's seed. First the evidence of one view is fitted to what is truly at the places
 that it shows, near and far apart; then, on walks from view to view, what all views of a place say
-together. Both are logistic regressions over the paper's goals. FOLDER keeps the views.
+together. Both are logistic regressions over the paper's goals. FOLDER keeps the views. With
+`--without` they are fitted to less, to see what the rest is worth.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -47,8 +49,23 @@ _KEPT = 0.3
 _RIDGE = 1e-6
 
 
+class Omission(StrEnum):
+    """What the numbers may be fitted without."""
+
+    Z_SCORE = "z-score"
+    """Standard deviations above the background: the log odds of the encoder are left."""
+    JOINED_VIEWS = "joined views"
+    """How views agree, and what is around a place: its best views are left."""
+
+
+_Z_SCORES = slice(7, 14)
+"""Features of a view that z-scores make (`mapping.clip.evidence`)."""
+_BEST_VIEWS = (0, 1, 6, 8, 14, 19)
+"""Features of a place that its best views alone make (`mapping.clip.place_views`)."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class _Seen:
+class SeenHome:
     """What the views of a home show of their places, one view of a place a row.
 
     Attributes:
@@ -99,7 +116,7 @@ def logistic(
     return found
 
 
-def seen_in(home: FastHome) -> _Seen:
+def seen_in(home: FastHome) -> SeenHome:
     """Take the views of a home and see what is truly at the places that they show."""
     rng = np.random.default_rng(home.seed)
     stands = np.sort(rng.permutation(len(home.places.xy))[:_PLACES])
@@ -130,23 +147,27 @@ def seen_in(home: FastHome) -> _Seen:
         likeness[goal] = scores[patches[:, 2], 1]
         true[goal] = true_places(home.world.house, goal)
         there[goal] = are_true(places, *true[goal])
-    return _Seen(
+    return SeenHome(
         found, there, true, likeness, ranges, places, first,
         np.array([stand for stand, _ in numbers]), xy, np.array([turn for _, turn in numbers]),
     )  # fmt: skip
 
 
-def fitted(homes: list[_Seen]) -> Weights:
-    """The numbers that fit what was seen in these homes."""
+def fitted(homes: list[SeenHome], without: Omission | None = None) -> Weights:
+    """The numbers that fit what was seen in these homes; what is left out weighs nothing."""
     rng = np.random.default_rng(0)
     inputs, outcomes, weights, ranges = (
         np.concatenate(each)
         for each in zip(*(part for home in homes for part in _views(home, rng)), strict=True)
     )
+    if without is Omission.Z_SCORE:
+        inputs[:, _Z_SCORES] = 0.0
     near = ranges <= NEAR
     of_views = [logistic(inputs[m], outcomes[m], weights[m]) for m in (near, ~near)]
     joined = [part for home in homes for part in _joined(home, of_views[0], of_views[1], rng)]
     inputs, outcomes, weights = (np.concatenate(each) for each in zip(*joined, strict=True))
+    if without is Omission.JOINED_VIEWS:
+        inputs[:, [i for i in range(inputs.shape[1]) if i not in _BEST_VIEWS]] = 0.0
     return Weights(of_views[0], of_views[1], logistic(inputs, outcomes, weights))
 
 
@@ -156,7 +177,7 @@ def _in_world(view: View, home: FastHome, stand: int, heading: int) -> NDArray[n
     return transform(T_world_cam, view.footprint.points_cam)[:, :2]
 
 
-def _views(home: _Seen, rng: np.random.Generator) -> Iterator[tuple[NDArray[np.float64], ...]]:
+def _views(home: SeenHome, rng: np.random.Generator) -> Iterator[tuple[NDArray[np.float64], ...]]:
     """Features, outcomes, weights and ranges of views of places, goal by goal.
 
     Every goal counts the same, with the share of its places that evidence is measured from.
@@ -182,7 +203,7 @@ def _views(home: _Seen, rng: np.random.Generator) -> Iterator[tuple[NDArray[np.f
 
 
 def _joined(
-    home: _Seen,
+    home: SeenHome,
     near: NDArray[np.float64],
     far: NDArray[np.float64],
     rng: np.random.Generator,
@@ -190,7 +211,7 @@ def _joined(
     """Features, outcomes and weights of places, as they stand on walks for each goal."""
     for goal, (there, low) in home.true.items():
         found = evidence(home.features[goal], home.ranges, near, far)
-        for walk in (_walk(home, rng) for _ in range(_WALKS)):
+        for walk in (walk_in(home, rng) for _ in range(_WALKS)):
             views, done = PlaceViews(), 0
             for cut in (max(5, int(len(walk) * share)) for share in _CUTS):
                 for view in walk[done:cut]:
@@ -211,7 +232,7 @@ def _joined(
                 )
 
 
-def _walk(home: _Seen, rng: np.random.Generator) -> list[int]:
+def walk_in(home: SeenHome, rng: np.random.Generator) -> list[int]:
     """Views on a way from place to place, mostly to the nearest that was not visited."""
     number = {pair: i for i, pair in enumerate(zip(home.stands, home.headings, strict=True))}
     places = np.unique(home.stands)
@@ -232,7 +253,12 @@ def _walk(home: _Seen, rng: np.random.Generator) -> list[int]:
     return views
 
 
-def _see_home(job: tuple[int, Path]) -> _Seen:
+def see_home(job: tuple[int, Path]) -> SeenHome:
+    """Take the views of a home, or read them.
+
+    Args:
+        job: Seed of the home, and the folder that keeps views.
+    """
     seed, folder = job
     with FastHome(seed, UNATTENDED, encoder_of(UNATTENDED), folder) as home:
         return seen_in(home)
@@ -241,13 +267,15 @@ def _see_home(job: tuple[int, Path]) -> _Seen:
 def fit(
     folder: Annotated[Path, typer.Argument(help="Where views are kept.")],
     out: Annotated[Path, typer.Option(help="The file of the numbers.")] = FILE,
+    without: Annotated[Omission | None, typer.Option(help="What to fit them without.")] = None,
 ) -> None:
     """Fit the numbers of the belief and write them."""
     jobs = [(seed, folder) for seed in HOMES]
-    seen = dict(in_parallel(_see_home, jobs, "views", lambda job, _: f"home {job[0]}"))
-    weights = fitted([seen[job] for job in jobs])
+    seen = dict(in_parallel(see_home, jobs, "views", lambda job, _: f"home {job[0]}"))
+    weights = fitted([seen[job] for job in jobs], without)
     content = {
         "made_by": "python -m vizbot.bench.fast_world.fit",
+        **({} if without is None else {"without": without}),
         "encoder": encoder_of(UNATTENDED).model_id,
         "homes": list(HOMES),
         "near": weights.near.round(5).tolist(),

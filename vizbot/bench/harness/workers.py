@@ -10,7 +10,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed, wait
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from typing import TypeVar
@@ -26,6 +26,8 @@ J = TypeVar("J")
 R = TypeVar("R")
 
 PROCESSES = 2
+_PAUSE = 0.1
+"""Between two looks at whether all processes have ended [s]."""
 _ONE_THREAD = (
     "OMP_NUM_THREADS",
     "OPENBLAS_NUM_THREADS",
@@ -82,9 +84,10 @@ def in_parallel(
             ) from error
         finally:
             executor.shutdown(wait=False, cancel_futures=True)
-            while wait(pending, 0.1).not_done:  # one may just be starting
+            while not all(done.done() for done in pending):  # one may just be starting
                 for process in multiprocessing.active_children():
                     process.terminate()
+                time.sleep(_PAUSE)
 
 
 def _in_new_process(work: Callable[[J], R], job: J) -> R:

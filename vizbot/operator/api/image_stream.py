@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from vizbot.core.observer import Step
 from vizbot.operator.figures.image_encoding import jpeg
-from vizbot.operator.figures.panels import panel
+from vizbot.operator.figures.panels import LARGE, panel
 from vizbot.operator.session.session import OperatorSession
 
 NAMES = ("colour", "depth", "map", "likeness")
@@ -55,7 +55,7 @@ class Pictures:
                     shown = self._with_scores(step) if name == "likeness" else step
                     turn = self._session.map_turn.turn_at(shown)
                     track = self._session.track()
-                    self._jpegs[name] = jpeg(panel(_PANELS[name], shown, track, turn))
+                    self._jpegs[name] = jpeg(panel(_PANELS[name], shown, track, turn, LARGE))
             return step.index, [self._jpegs[name] for name in names]
 
     def _with_scores(self, step: Step) -> Step:

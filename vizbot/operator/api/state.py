@@ -12,9 +12,10 @@ from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Effort, Step
 from vizbot.core.types import BaseState
 from vizbot.operator.client.base_json import base_report
-from vizbot.operator.figures.panels import TILE, MapView
+from vizbot.operator.figures.panels import LARGE, MapView
 from vizbot.operator.session.arrival import Arrival
-from vizbot.operator.session.session import Line, OperatorSession
+from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.session.session_log import LogEntry
 from vizbot.operator.session.task_queue import QueuedTask
 from vizbot.operator.teleop.status_line import contacts
 
@@ -55,7 +56,7 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "steps_per_second": round(session.step_rate(), 1),
         "base": _base(session.base_state()),
         "arrival": _arrival(session.arrival),
-        "log": [_line(line) for line in session.log()],
+        "log": [_line(line) for line in session.log.lines()],
         "run": None if session.folder is None else str(session.folder.absolute()),
     }
     step, scored = session.newest_step(), session.scored_step()
@@ -81,17 +82,17 @@ def state_of(session: OperatorSession) -> dict[str, object]:
 
 def _map_view(step: Step, turn: float) -> dict[str, object]:
     """Where the picture of the map lies in `map`; see `answers.MapPictureView`."""
-    view = MapView.from_step(step, turn)
+    view = MapView.from_step(step, turn, LARGE)
     return {
         "corner": [round(float(value), 3) for value in view.corner],
         "metres_per_pixel": 1.0 / view.scale,
-        "width": TILE[0],
-        "height": TILE[1],
+        "width": view.size[0],
+        "height": view.size[1],
         "turn": view.turn,
     }
 
 
-def _line(line: Line) -> dict[str, object]:
+def _line(line: LogEntry) -> dict[str, object]:
     """A line of the log; only the end of a task has an outcome."""
     fields: dict[str, object] = {"time": line.time, "code": line.code, "text": line.text}
     return fields if line.outcome is None else fields | {"outcome": line.outcome}

@@ -117,7 +117,7 @@ def task_router(session: OperatorSession) -> APIRouter:
     def doubt(request: DoubtRequest) -> DoubtShown:
         """Show people, in the log and by the base's song, that a question waits for an answer."""
         session.show(Feedback.DOUBT)
-        session.write("doubt", request.question)
+        session.log.write("doubt", request.question)
         return DoubtShown()
 
     @router.post("/continue", summary="Go on")
@@ -133,7 +133,7 @@ def task_router(session: OperatorSession) -> APIRouter:
         The base's mode in the state shows whether it does.
         """
         session.resume_base()
-        session.write("resume", "somebody asked the base to obey again")
+        session.log.write("resume", "somebody asked the base to obey again")
         return RequestTaken()
 
     return router

@@ -19,6 +19,8 @@ from vizbot.operator.figures.wall_direction import wall_direction
 
 TILE = (480, 360)
 """Width and height of one picture [px]."""
+LARGE = (960, 720)
+"""Those of a map that people may enlarge [px]."""
 THUMBNAIL = (160, 120)
 """Width and height of the picture of a saved map [px]."""
 NAMES = ("colour", "depth", "obstacle map", "likeness")
@@ -35,32 +37,43 @@ Image = NDArray[np.uint8]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MapView:
-    """Where `map` lies in a picture of `TILE` size: the robot and all that is known inside.
+    """Where `map` lies in a picture: the robot and all that is known inside.
 
     Attributes:
         corner: (2,) x, y in `map` of the picture's lower left corner [m].
         scale: Pixels for one metre.
         turn: Direction of the picture's rows in `map`, counterclockwise from x [rad].
+        size: Width and height of the picture [px], a multiple of `TILE`.
     """
 
     corner: NDArray[np.float64]
     scale: float
     turn: float = 0.0
+    size: tuple[int, int] = TILE
 
     @staticmethod
-    def from_step(step: Step, turn: float = 0.0) -> MapView:
+    def from_step(step: Step, turn: float = 0.0, size: tuple[int, int] = TILE) -> MapView:
         """The view of the known cells of a step's grid, and of the robot."""
-        return MapView.of_grid(step.grid, step.T_map_base[:2, 3][None], turn)
+        return MapView.of_grid(step.grid, step.T_map_base[:2, 3][None], turn, size)
 
     @staticmethod
-    def of_grid(grid: OccupancyGrid, places: NDArray[np.float64], turn: float) -> MapView:
+    def of_grid(
+        grid: OccupancyGrid,
+        places: NDArray[np.float64],
+        turn: float,
+        size: tuple[int, int] = TILE,
+    ) -> MapView:
         """The view of the known cells of a grid, and of places (N, 2) x, y in `map` [m]."""
         axes = _axes(turn)
         shown = np.vstack([grid.to_xy(_outline(grid)), places]) @ axes.T
         low, high = shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
-        size = np.array(TILE, np.float64)
-        scale = float((size / (high - low)).min())
-        return MapView((low + high - size / scale) / 2 @ axes, scale, turn)
+        scale = float((np.array(size) / (high - low)).min())
+        return MapView((low + high - np.array(size) / scale) / 2 @ axes, scale, turn, size)
+
+    @property
+    def stroke(self) -> int:
+        """Width of a thin line, of which all that is drawn in the picture is a multiple [px]."""
+        return self.size[0] // TILE[0]
 
     @property
     def axes(self) -> NDArray[np.float64]:
@@ -70,7 +83,7 @@ class MapView:
     def pixels(self, xy: NDArray[np.float64]) -> NDArray[np.int32]:
         """Pixels (..., 2) column, row of points (..., 2) x, y in `map` [m]."""
         uv = (xy - self.corner) @ self.axes.T * self.scale
-        return np.stack([uv[..., 0], TILE[1] - uv[..., 1]], axis=-1).round().astype(np.int32)
+        return np.stack([uv[..., 0], self.size[1] - uv[..., 1]], axis=-1).round().astype(np.int32)
 
 
 def _axes(turn: float) -> NDArray[np.float64]:
@@ -103,7 +116,13 @@ def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
     return {name: panel(name, step, track) for name in NAMES}
 
 
-def panel(name: str, step: Step, track: NDArray[np.float64], turn: float = 0.0) -> Image:
+def panel(
+    name: str,
+    step: Step,
+    track: NDArray[np.float64],
+    turn: float = 0.0,
+    map_size: tuple[int, int] = TILE,
+) -> Image:
     """Draw one of them.
 
     Args:
@@ -111,6 +130,7 @@ def panel(name: str, step: Step, track: NDArray[np.float64], turn: float = 0.0) 
         step: What to draw.
         track: (N, 2) x, y of the base so far in `map` [m].
         turn: Direction of the rows of maps in `map`, counterclockwise from x [rad].
+        map_size: Width and height of maps [px], a multiple of `TILE`.
     """
     match name:
         case "colour":
@@ -119,8 +139,8 @@ def panel(name: str, step: Step, track: NDArray[np.float64], turn: float = 0.0) 
         case "depth":
             return _depth(step.frame.depth)
         case "obstacle map":
-            return _obstacle_map(step, track, MapView.from_step(step, turn))
-    return _likeness_map(step, MapView.from_step(step, turn))
+            return _obstacle_map(step, track, MapView.from_step(step, turn, map_size))
+    return _likeness_map(step, MapView.from_step(step, turn, map_size))
 
 
 def thumbnail(grid: OccupancyGrid) -> Image:
@@ -203,15 +223,15 @@ def _obstacle_map(step: Step, track: NDArray[np.float64], view: MapView) -> Imag
 
     Blue rings are around the candidates.
     """
-    picture = _floor_plan(step.grid, view)
+    picture, thin = _floor_plan(step.grid, view), view.stroke
     if len(track):
-        cv2.polylines(picture, [view.pixels(track)], False, _RED, 1, cv2.LINE_AA)
+        cv2.polylines(picture, [view.pixels(track)], False, _RED, thin, cv2.LINE_AA)
     if step.path is not None and len(step.path):
-        cv2.polylines(picture, [view.pixels(step.path)], False, _GREEN, 2, cv2.LINE_AA)
+        cv2.polylines(picture, [view.pixels(step.path)], False, _GREEN, 2 * thin, cv2.LINE_AA)
     for place in candidates(step):
-        cv2.circle(picture, _point(view, place), 7, _BLUE, 2, cv2.LINE_AA)
+        cv2.circle(picture, _point(view, place), 7 * thin, _BLUE, 2 * thin, cv2.LINE_AA)
     if step.target is not None:
-        cv2.circle(picture, _point(view, step.target), 6, _GREEN, -1, cv2.LINE_AA)
+        cv2.circle(picture, _point(view, step.target), 6 * thin, _GREEN, -1, cv2.LINE_AA)
     _draw_robot(picture, step, view)
     return picture
 
@@ -231,7 +251,8 @@ def _likeness_map(step: Step, view: MapView) -> Image:
         picture[shown] = (cover * painted(levels) + (1.0 - cover) * picture[shown]).astype(np.uint8)
         row, column = np.unravel_index(np.argmax(values), values.shape)
         best_xy = scores.xy(np.array([row]), np.array([column]))[0]
-        cv2.circle(picture, _point(view, best_xy), 8, _DARK, 2, cv2.LINE_AA)
+        thin = view.stroke
+        cv2.circle(picture, _point(view, best_xy), 8 * thin, _DARK, 2 * thin, cv2.LINE_AA)
     _draw_robot(picture, step, view)
     return picture
 
@@ -251,19 +272,20 @@ def _drawn(
     edge = size * view.scale
     left, below = view.axes @ (first_xy - view.corner) * view.scale
     right, up = edge * view.axes
-    cells_to_pixels = np.array([[*right, left], [*-up, TILE[1] - below]])
+    cells_to_pixels = np.array([[*right, left], [*-up, view.size[1] - below]])
     shades = cells.dtype == np.uint8  # scores lie beside what is no score
     how = cv2.INTER_LINEAR if shades and view.turn else cv2.INTER_NEAREST
     return np.asarray(
-        cv2.warpAffine(cells, cells_to_pixels, TILE, flags=how, borderValue=(around,))
+        cv2.warpAffine(cells, cells_to_pixels, view.size, flags=how, borderValue=(around,))
     )
 
 
 def _draw_robot(picture: Image, step: Step, view: MapView) -> None:
     xy, ahead = step.T_map_base[:2, 3], step.T_map_base[:2, 0]
-    radius = max(3, round(0.175 * view.scale))
-    cv2.circle(picture, _point(view, xy), radius, _RED, 2, cv2.LINE_AA)
-    cv2.line(picture, _point(view, xy), _point(view, xy + 0.3 * ahead), _RED, 2, cv2.LINE_AA)
+    width = 2 * view.stroke
+    radius = max(3 * view.stroke, round(0.175 * view.scale))
+    cv2.circle(picture, _point(view, xy), radius, _RED, width, cv2.LINE_AA)
+    cv2.line(picture, _point(view, xy), _point(view, xy + 0.3 * ahead), _RED, width, cv2.LINE_AA)
 
 
 def _point(view: MapView, xy: NDArray[np.float64]) -> tuple[int, int]:

@@ -148,7 +148,7 @@ class LiveMap:
 
     def keep_out(self) -> tuple[NDArray[np.float32], ...]:
         """Zones that the robot must not enter: each (N, 2), corners x, y in `map` [m]."""
-        return self._session.wait_for(lambda pipeline: pipeline.keep_out)
+        return self._session.jobs.wait_for(lambda pipeline: pipeline.keep_out)
 
     def set_keep_out(self, zones: Sequence[NDArray[np.float32]]) -> None:
         """Replace all zones that the robot must not enter."""
@@ -156,7 +156,7 @@ class LiveMap:
         def change(pipeline: Pipeline) -> None:
             self._change_zones(pipeline, tuple(zones))
 
-        self._session.wait_for(change)
+        self._session.jobs.wait_for(change)
 
     def add_zone(self, zone: NDArray[np.float32]) -> int:
         """Add a zone that the robot must not enter.
@@ -174,7 +174,7 @@ class LiveMap:
                 raise ConfigError(f"there are {MOST_ZONES} zones already; remove one first")
             return self._change_zones(pipeline, (*pipeline.keep_out, zone))
 
-        return self._session.wait_for(add)
+        return self._session.jobs.wait_for(add)
 
     def remove_zone(self, zone: NDArray[np.float32]) -> int:
         """Remove a zone.
@@ -193,7 +193,7 @@ class LiveMap:
                 raise ConfigError("there is no such zone; somebody may have removed it")
             return self._change_zones(pipeline, left)
 
-        return self._session.wait_for(remove)
+        return self._session.jobs.wait_for(remove)
 
     def save(self, name: str, *, replace: bool = False) -> None:
         """Save the map as it is now.
@@ -204,7 +204,7 @@ class LiveMap:
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         path = self.saved.path(name)
-        bundle = self._session.wait_for(lambda pipeline: pipeline.bundle())
+        bundle = self._session.jobs.wait_for(lambda pipeline: pipeline.bundle())
         if bundle is None:
             raise MapError("the robot has no map yet; ask again when it has seen something")
         with self._saving:
@@ -212,7 +212,7 @@ class LiveMap:
                 raise ConfigError(f"there is a map {name!r} already; replace it or name another")
             self._save_bundle(bundle, path)
             self._use(name)
-        self._session.write("map", f"the map is kept as {name!r}")
+        self._session.log.write("map", f"the map is kept as {name!r}")
 
     def begin(self, name: str | None) -> str | None:
         """Have the robot leave its map for a saved one, or with None for an empty one.
@@ -238,14 +238,14 @@ class LiveMap:
             pipeline.begin_map(saved)
             self._session.leave_map()
             begun = "a new map begins" if name is None else f"goes on in {name!r}"
-            self._session.write("map", f"{begun}; keep-out zones: {len(pipeline.keep_out)}")
+            self._session.log.write("map", f"{begun}; keep-out zones: {len(pipeline.keep_out)}")
 
-        left, left_as = self._session.wait_for(leave), None
+        left, left_as = self._session.jobs.wait_for(leave), None
         if left is not None and (len(left.keyframes.ids) > 1 or left.keep_out):
             left_as = f"left {datetime.now():%Y-%m-%d %H-%M-%S-%f}"
             with self._saving:
                 self._save_bundle(left, self.saved.path(left_as))
-        self._session.wait_for(begin)
+        self._session.jobs.wait_for(begin)
         with self._saving:
             self._use(name)
         return left_as
@@ -259,7 +259,7 @@ class LiveMap:
         """
         with self._saving:
             self.saved.rename(name, new)
-        self._session.write("map", f"the map {name!r} is called {new!r} now")
+        self._session.log.write("map", f"the map {name!r} is called {new!r} now")
 
     def delete(self, name: str) -> None:
         """Delete a saved map.
@@ -270,7 +270,7 @@ class LiveMap:
         """
         with self._saving:
             self.saved.delete(name)
-        self._session.write("map", f"the map {name!r} is deleted")
+        self._session.log.write("map", f"the map {name!r} is deleted")
 
     def close(self) -> None:
         """Leave the saved map that the robot is in to others; twice is fine."""
@@ -286,20 +286,20 @@ class LiveMap:
 
     def _asked(self, text: str) -> tuple[Goal, MapBundle | None, Pipeline]:
         """The goal for a text, the map as it is now, and what answers questions about it."""
-        return self._session.wait_for(
+        return self._session.jobs.wait_for(
             lambda pipeline: (pipeline.goal(text), pipeline.bundle(), pipeline)
         )
 
     def _whole(self) -> tuple[MapBundle | None, int, Pipeline]:
         """The map as it is now, which map of the run it is, and what answers questions about it."""
-        return self._session.wait_for(
+        return self._session.jobs.wait_for(
             lambda pipeline: (pipeline.bundle(), pipeline.map.number, pipeline)
         )
 
     def _change_zones(self, pipeline: Pipeline, zones: tuple[NDArray[np.float32], ...]) -> int:
         """Within a job of the loop, so that the log has the changes in their order."""
         pipeline.keep_out = zones
-        self._session.write("map", f"keep-out zones: {len(zones)}")
+        self._session.log.write("map", f"keep-out zones: {len(zones)}")
         return len(zones)
 
     def _require_idle(self) -> None:

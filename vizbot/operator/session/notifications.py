@@ -38,7 +38,7 @@ class _SessionLogHandler(logging.Handler):
         text = record.getMessage()
         if record.name.partition(".")[0] in _OUR_PACKAGES and text != self._last:
             self._last = text
-            self._session.write("warning", text)
+            self._session.log.write("warning", text)
 
 
 _FEEDBACK = {

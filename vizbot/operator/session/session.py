@@ -7,19 +7,14 @@ from __future__ import annotations
 
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Collection, Sequence
-from concurrent.futures import CancelledError, Future
-from dataclasses import dataclass, replace
-from itertools import takewhile
+from dataclasses import replace
 from pathlib import Path
-from queue import Full, Queue
-from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.errors import ConfigError, DeviceTimeoutError
+from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
 from vizbot.operator.figures.step_rate import StepRate
@@ -27,40 +22,16 @@ from vizbot.operator.figures.track import Track
 from vizbot.operator.figures.wall_direction import MapTurn
 from vizbot.operator.session.arrival import Arrival
 from vizbot.operator.session.drive_lease import DriveLease
+from vizbot.operator.session.loop_jobs import LoopJobs
+from vizbot.operator.session.session_log import SessionLog
 from vizbot.operator.session.task_queue import QueuedTask, TaskQueue, TaskRequest
 from vizbot.pipeline import Pipeline
-
-T = TypeVar("T")
 
 SOMEBODY = "somebody"
 _LONGEST_REQUEST, _LONGEST_NAME = 200, 40
 """Letters of a goal, and of a person's name."""
-_LINES, _STOPS = 200, 10
-"""Lines of the log, and lines about stops in a row."""
 _SPACING = 0.05
 """Places of the track are at least this far apart [m]."""
-_JOBS = 20
-"""Most jobs that may wait for the robot's loop."""
-_WITHIN = 10.0
-"""Longest wait for the robot's loop [s]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """One line of the log.
-
-    Attributes:
-        time: When, in seconds since 1970.
-        code: What kind of thing happened: `goal`, `activity`, `ended`, `stop`, `wheel`,
-            `verdict`, `doubt`, `resume`, `map`, `warning`.
-        text: In plain words.
-        outcome: How that which has `ended` did; None in other lines.
-    """
-
-    time: float
-    code: str
-    text: str
-    outcome: Outcome | None = None
 
 
 class OperatorSession:
@@ -72,7 +43,8 @@ class OperatorSession:
         stopped: Set while the robot must rest, until somebody asks for something new.
         stops: How often somebody has stopped the robot.
         closed: Set when the run is to end.
-        jobs: What the loop has to do between two steps, each with the future of its result.
+        log: What happened.
+        jobs: What the loop has to do between two steps.
         base_state: The newest state of the base; None without one.
         battery_state: The one that tells of the battery, which may be some seconds old.
         resume_base: Asks a base that stopped obeying, at an edge or lifted, to obey again.
@@ -99,7 +71,6 @@ class OperatorSession:
         self._scored: Step | None = None
         self._track = Track(spacing=_SPACING)
         self._rate = StepRate()
-        self._log: deque[Line] = deque(maxlen=_LINES)
         self._activity = ""
         self.base_state: Callable[[], BaseState | None] = lambda: None
         self.battery_state: Callable[[], BaseState | None] = lambda: None
@@ -111,7 +82,8 @@ class OperatorSession:
         self.folder: Path | None = None
         self.begun_in: Path | None = None
         self.map_turn = MapTurn()
-        self.jobs: Queue[tuple[Callable[[Pipeline], None], Future[Any]]] = Queue(_JOBS)
+        self.log = SessionLog()
+        self.jobs = LoopJobs()
         self.queue = TaskQueue()
         self.lease = DriveLease(now)
         self.stopped = threading.Event()
@@ -144,7 +116,7 @@ class OperatorSession:
             tasks = self.queue.add(requests, at_once=at_once)
             self._goes_on = True
         for task in tasks:
-            self.write("goal", task.text)
+            self.log.write("goal", task.text)
         return tasks
 
     @property
@@ -180,10 +152,10 @@ class OperatorSession:
             self.arrival = replace(arrival, confirmed=confirmed)
             self.keep_verdict(arrival.report, confirmed)
             verdict = "that is it" if confirmed else "that is not it; the search goes on"
-            self.write("verdict", f"{arrival.report.text}: {who} says {verdict}")
+            self.log.write("verdict", f"{arrival.report.text}: {who} says {verdict}")
             return tasks
 
-        return self.wait_for(judge)
+        return self.jobs.wait_for(judge)
 
     def _search_on(self, arrival: Arrival, pipeline: Pipeline, stops: int) -> list[QueuedTask]:
         """Refute an arrival and queue the search for the same words."""
@@ -214,48 +186,6 @@ class OperatorSession:
                 self._goes_on = False
                 self.stopped.clear()
 
-    def between_steps(self, job: Callable[[Pipeline], T]) -> Future[T]:
-        """Have the robot's loop do something short with its maps.
-
-        Returns:
-            The future of what the job returns or raises.
-
-        Raises:
-            ConfigError: too many jobs wait.
-        """
-        done: Future[T] = Future()
-
-        def do(pipeline: Pipeline) -> None:
-            if done.set_running_or_notify_cancel():
-                try:
-                    done.set_result(job(pipeline))
-                except Exception as error:  # whatever it is, it is the asker's, not the run's
-                    done.set_exception(error)
-
-        try:
-            self.jobs.put_nowait((do, done))
-        except Full as error:
-            raise ConfigError(f"{_JOBS} questions are waiting already; ask later") from error
-        return done
-
-    def wait_for(self, job: Callable[[Pipeline], T]) -> T:
-        """Have the robot's loop do something short with its maps, and wait for what it returns.
-
-        Raises:
-            ConfigError: too many jobs wait.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
-        """
-        done = self.between_steps(job)
-        try:
-            try:
-                return done.result(_WITHIN)
-            except TimeoutError:
-                if done.cancel():
-                    raise
-            return done.result()  # it has just begun, and what it does counts
-        except (TimeoutError, CancelledError) as error:
-            raise DeviceTimeoutError("the robot is busy or ends; ask again") from error
-
     def leave_map(self) -> None:
         """Drop what was shown of the map that the robot has left for another one."""
         self.arrival = None
@@ -273,7 +203,7 @@ class OperatorSession:
             self.stopped.set()
             self.lease.revoke()
             self.queue.call_all_off(f"stopped by {who}")
-        self._write_stop(f"stopped by {who}")
+        self.log.write_stop(f"stopped by {who}")
 
     def call_off(self, goals: Collection[str], who: str) -> list[str]:
         """Call off some of the goals that were asked for; the others stay.
@@ -307,7 +237,7 @@ class OperatorSession:
         called_off = self.queue.call_off(chosen, reason)
         for task in called_off:
             if task.outcome is not None:  # the end of a running one is written by the loop
-                self.write_end(task.text, task.outcome, reason)
+                self.log.write_end(task.text, task.outcome, reason)
         return called_off
 
     def do_next(self, number: int) -> None:
@@ -339,7 +269,7 @@ class OperatorSession:
             if link is None:
                 return None
             self._goes_on = True
-        self.write("wheel", f"{who} drives" + (f" instead of {before}" if before else ""))
+        self.log.write("wheel", f"{who} drives" + (f" instead of {before}" if before else ""))
         return link
 
     def release_lease(self, link: int, *, given_back: bool) -> None:
@@ -360,26 +290,7 @@ class OperatorSession:
                 self.stopped.set()
             self.lease.release(link)
         lost = "" if given_back else ", the link ended: the robot rests until it is asked to go on"
-        self.write("wheel", f"{who} drives no more{lost}")
-
-    def write(self, code: str, text: str, outcome: Outcome | None = None) -> None:
-        """Add a line to the log."""
-        with self._lock:
-            now = time.time()  # noqa: TID251 - people read it, nothing is measured with it
-            self._log.append(Line(now, code, text, outcome))
-
-    def _write_stop(self, text: str) -> None:
-        """Add a line about a stop; a thousand stops in a row leave the rest of the log alone."""
-        with self._lock:
-            row = list(takewhile(lambda line: line.code == "stop", reversed(self._log)))
-            same = [line for line in row if line.text == text]
-            for line in same or row[_STOPS - 1 :]:
-                self._log.remove(line)
-        self.write("stop", text)
-
-    def write_end(self, text: str, outcome: Outcome, reason: str) -> None:
-        """Add how a task has ended to the log."""
-        self.write("ended", f"{text}: {outcome.replace('_', ' ')} ({reason})", outcome)
+        self.log.write("wheel", f"{who} drives no more{lost}")
 
     def on_step(self, step: Step) -> None:
         """Keep the newest step, where the base was and when."""
@@ -394,14 +305,14 @@ class OperatorSession:
         if step.goal:
             self.arrival = None
         if changed:
-            self.write("activity", step.activity)
+            self.log.write("activity", step.activity)
 
     def on_goal(self, report: GoalReport) -> None:
         """End the task that asked for this goal; an arrival is kept for people to judge."""
         task = self.queue.report(report)
         if task is not None and report.outcome is Outcome.ARRIVED:
             self.arrival = Arrival(task.number, report, self.picture_of(report))
-        self.write("ended", f"{report.headline}: {report.reason}", report.outcome)
+        self.log.write("ended", f"{report.headline}: {report.reason}", report.outcome)
 
     def newest_step(self) -> Step | None:
         """The newest step; None before the first."""
@@ -422,11 +333,6 @@ class OperatorSession:
         """Where the base was, (N, 2) x, y in `map` [m], every few centimetres."""
         with self._lock:
             return self._track.xy.copy()
-
-    def log(self) -> list[Line]:
-        """The lines of the log, oldest first."""
-        with self._lock:
-            return list(self._log)
 
     def step_rate(self) -> float:
         """Rate of the steps over the last seconds, lower while none comes [1/s]."""

@@ -48,11 +48,10 @@ def run_tasks(
         if base is not None:
             ending.callback(base.rest)
             ending.callback(clock.repeat(_by_hand(clock, base)))
-        ending.callback(_refuse_jobs, session)
+        ending.callback(session.jobs.cancel)
         while not session.closed.is_set():
             session.begin_step()
-            if not session.jobs.empty():
-                session.jobs.get()[0](pipeline)
+            session.jobs.do_next(pipeline)
             queued = session.queue.current()
             number = None if queued is None else queued.number
             if number != running:
@@ -86,12 +85,6 @@ def run_tasks(
                 _end(pipeline, clock, base, session, queued, task, gave_up)
 
 
-def _refuse_jobs(session: OperatorSession) -> None:
-    """Cancel the jobs that still wait when the run ends."""
-    while not session.jobs.empty():
-        session.jobs.get()[1].cancel()
-
-
 def _task(pipeline: Pipeline, queued: QueuedTask | None) -> Errand:
     if queued is None:
         return Task.MAP
@@ -121,7 +114,7 @@ def _end(
         pipeline.report(task, *ended)
     else:
         session.queue.finish(*ended, session.position())
-        session.write_end(queued.text, *ended)
+        session.log.write_end(queued.text, *ended)
 
 
 def _by_hand(clock: Clock, base: TwistMux) -> Callable[[], None]:

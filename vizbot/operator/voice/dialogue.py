@@ -171,7 +171,7 @@ class Dialogue:
             reply = self._dispatcher.obey(understood.command, who, at_once=at_once, stops=stops)
             return replace(reply, said=(*reply.said, *understood.notes))
         self._session.show(Feedback.DOUBT)
-        self._session.write("doubt", understood.question)
+        self._session.log.write("doubt", understood.question)
         meant, now = understood.meant, self._now()
         for other, doubt in list(self._doubts.items()):  # whoever asks may give any name
             if doubt.until < now:

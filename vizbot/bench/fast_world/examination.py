@@ -1,0 +1,270 @@
+"""Examines the belief: `python -m vizbot.bench.fast_world.examination VIEWS`.
+
+In training homes on which nothing was fitted, walks are taken as for the fit. Two things are asked
+of the probability of each place. Is it one, of all places that were seen? And does it tell what the
+robot passes near by from what only looks like it: how much is missed at the first pass, where so
+many walks end at a wrong place? Both are asked of the best cosine of each place, too; it becomes a
+probability as Platt did it (1999, "Probabilistic outputs"), by two numbers that the homes of the
+fit gave. VIEWS keeps the views.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
+
+import cv2
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from mapping.clip.evidence import evidence
+from mapping.clip.place_views import PlaceViews
+from mapping.clip.weights import fitted_weights
+from sim_stubs.scoring.places import are_true
+from vizbot.bench.episodes.run import encoder_of
+from vizbot.bench.fast_world.fit import HOMES, SeenHome, logistic, see_home, walk_in
+from vizbot.bench.harness.bench_plan import UNATTENDED
+from vizbot.bench.harness.fingerprint import commit, hardware
+from vizbot.bench.harness.scores import expected_calibration_error, interval_over_homes, log_loss
+from vizbot.bench.harness.workers import in_parallel
+from vizbot.core.files import write_whole
+from vizbot.objectnav.belief_search import BeliefSearch
+from vizbot.operator.printing import echo
+
+HELD_OUT = range(926, 932)
+"""Homes of the examination: neither encoder, threshold nor belief have seen them."""
+WALKS = 3
+"""Walks for each goal of a home."""
+FALSE_SHARES = (0.01, 0.02, 0.03, 0.05, 0.1, 0.15, 0.2, 0.3)
+"""Shares of the walks that end at a wrong place, for which the share of what is missed is told."""
+_NEAR = BeliefSearch.CLOSING
+"""What is within this distance of the robot is passed near by [m]."""
+_JUDGED_AT = (0.4, 1.0)
+"""When on a walk all places are looked at, as shares of it."""
+_LOG_ODDS = slice(0, 3)
+"""Features of a view that are log odds by the encoder: a line of the cosine, cut off far out."""
+_UNSEEN = -99.0
+
+
+@dataclass(slots=True, eq=False)
+class Passes:
+    """What a measure says on walks, a row for each walk, pass or place.
+
+    Attributes:
+        wrong: Greatest value of a wrong place near by, with the home, of each walk.
+        first: Greatest value of a thing during the first pass near by it, with the home.
+        values: Of the places that were seen.
+        there: Whether the goal is there.
+    """
+
+    wrong: list[tuple[int, float]] = field(default_factory=list)
+    first: list[tuple[int, float]] = field(default_factory=list)
+    values: list[NDArray[np.float64]] = field(default_factory=list)
+    there: list[NDArray[np.bool_]] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class Missed:
+    """What is missed where so many walks end at a wrong place.
+
+    Attributes:
+        false: Share of the walks that do.
+        missed: Share of the things that are not taken for one at the first pass near by.
+        over_homes: Bounds of that, 95 %, over homes; None of one home.
+    """
+
+    false: float
+    missed: float
+    over_homes: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Bin:
+    """Places with about the same probability.
+
+    Attributes:
+        mean: Mean probability.
+        share: Share of them where the goal is.
+        count: How many they are.
+    """
+
+    mean: float
+    share: float
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class Examined:
+    """What came of one measure.
+
+    Attributes:
+        log_loss: Mean log loss of all places that were seen.
+        calibration_error: Expected calibration error over them.
+        bins: Ten bins of equal width.
+        curve: What is missed at each of `FALSE_SHARES`.
+    """
+
+    log_loss: float
+    calibration_error: float
+    bins: tuple[Bin, ...]
+    curve: tuple[Missed, ...]
+
+
+def passes_in(homes: Sequence[SeenHome], seeds: Sequence[int]) -> tuple[Passes, Passes]:
+    """What the belief and the best cosine say on walks in homes.
+
+    Args:
+        homes: What their views show.
+        seeds: Of the homes, which draw the walks.
+    """
+    believed, cosine = Passes(), Passes()
+    for home, seed in zip(homes, seeds, strict=True):
+        rng = np.random.default_rng(seed)
+        for goal in home.true:
+            for walk in [walk_in(home, rng) for _ in range(WALKS)]:
+                for passes, values in ((believed, _Believed()), (cosine, _BestCosine())):
+                    _walk(home, seed, goal, walk, values, passes)
+    return believed, cosine
+
+
+class _Believed:
+    """The probability of each place by the belief."""
+
+    def __init__(self) -> None:
+        self._views, self._weights = PlaceViews(), fitted_weights()
+
+    def add(self, home: SeenHome, goal: str, view: int) -> None:
+        rows = slice(home.first[view], home.first[view + 1])
+        ranges, weights = home.ranges[rows], self._weights
+        found = evidence(home.features[goal][rows], ranges, weights.near, weights.far)
+        stands = np.full(len(ranges), home.stands[view])
+        self._views.add(home.places[rows], found, home.likeness[goal][rows], ranges, stands)
+
+    def values(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
+        odds = self._views.features() @ self._weights.join
+        return self._views.low, 1.0 / (1.0 + np.exp(-odds)), self._views.seen
+
+
+class _BestCosine:
+    """The best log odds of the encoder that any view of each place has, cut off far out."""
+
+    def __init__(self) -> None:
+        self._low, self._best = np.full(2, -200), np.full((400, 400), _UNSEEN)
+
+    def add(self, home: SeenHome, goal: str, view: int) -> None:
+        rows = slice(home.first[view], home.first[view + 1])
+        column, row = (home.places[rows] - self._low).T
+        np.maximum.at(self._best, (row, column), home.features[goal][rows, _LOG_ODDS].max(axis=1))
+
+    def values(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
+        return self._low, self._best, self._best > _UNSEEN
+
+
+def _walk(
+    home: SeenHome,
+    seed: int,
+    goal: str,
+    walk: Sequence[int],
+    measure: _Believed | _BestCosine,
+    passes: Passes,
+) -> None:
+    """Walk once, and add what the measure says near by."""
+    there, low = home.true[goal]
+    _, things = cv2.connectedComponents(there.astype(np.uint8))
+    wrong, now, over = _UNSEEN, dict[int, float](), dict[int, float]()
+    judged = {int(len(walk) * share) - 1 for share in _JUDGED_AT}
+    for step, view in enumerate(walk):
+        measure.add(home, goal, view)
+        first, values, seen = measure.values()
+        places = np.argwhere(seen)[:, ::-1] + first
+        of_places = values[seen]
+        true = are_true(places, there, low)
+        centres = (places + 0.5) * 0.25
+        near = np.linalg.norm(centres - home.xy[view], axis=1) <= _NEAR
+        if (near & ~true).any():
+            wrong = max(wrong, float(of_places[near & ~true].max()))
+        column, row = (places[near & true] - low).T
+        passed = things[row, column]
+        for thing in np.unique(passed):
+            value = float(of_places[near & true][passed == thing].max())
+            if int(thing) not in over:
+                now[int(thing)] = max(now.get(int(thing), _UNSEEN), value)
+        for thing in [each for each in now if each not in passed]:
+            over[thing] = now.pop(thing)
+        if step in judged:
+            passes.values.append(of_places)
+            passes.there.append(true)
+    passes.wrong.append((seed, wrong))
+    passes.first += [(seed, value) for value in (over | now).values()]
+
+
+def missed_at(passes: Passes, share: float) -> Missed:
+    """What is missed where at most a share of the walks end at a wrong place."""
+    wrong = np.sort([value for _, value in passes.wrong])[::-1]
+    allowed = int(share * len(wrong))
+    least = float(np.nextafter(wrong[allowed], np.inf)) if allowed < len(wrong) else _UNSEEN
+    missed = [(seed, float(value < least)) for seed, value in passes.first]
+    mean = float(np.mean([each for _, each in missed]))
+    return Missed(share, mean, interval_over_homes(missed))
+
+
+def examined(passes: Passes) -> Examined:
+    """The figures of a measure whose values are probabilities."""
+    values, there = np.concatenate(passes.values), np.concatenate(passes.there)
+    judged = list(zip(values.tolist(), there.tolist(), strict=True))
+    bins = []
+    for low, high in pairwise(np.linspace(0.0, 1.0, 11)):
+        inside = (values >= low) & ((values < high) | (high == 1.0))
+        if inside.any():
+            mean, share = float(values[inside].mean()), float(there[inside].mean())
+            bins.append(Bin(mean, share, int(inside.sum())))
+    curve = tuple(missed_at(passes, share) for share in FALSE_SHARES)
+    loss, error = log_loss(judged), expected_calibration_error(judged)
+    assert loss is not None and error is not None
+    return Examined(loss, error, tuple(bins), curve)
+
+
+def platt(fitted: Passes, passes: Passes) -> None:
+    """Make probabilities of the values of `passes`, by what those of `fitted` say."""
+    values, there = np.concatenate(fitted.values), np.concatenate(fitted.there)
+    inputs = np.stack([values, np.ones_like(values)], axis=1)
+    slope, offset = logistic(inputs, there.astype(float), np.ones(len(values)))
+    passes.values = [1.0 / (1.0 + np.exp(-(slope * each + offset))) for each in passes.values]
+
+
+def _seen(homes: range, folder: Path) -> Iterator[SeenHome]:
+    jobs = [(seed, folder) for seed in homes]
+    found = dict(in_parallel(see_home, jobs, "views", lambda job, _: f"home {job[0]}"))
+    yield from (found[job] for job in jobs)
+
+
+def examine(
+    folder: Annotated[Path, typer.Argument(help="Where views are kept.")],
+    out: Annotated[Path, typer.Option(help="The file of what comes of it.")],
+) -> None:
+    """Examine the belief and the best cosine in homes that nothing was fitted on."""
+    _, before = passes_in(list(_seen(HOMES, folder)), HOMES)
+    believed, cosine = passes_in(list(_seen(HELD_OUT, folder)), HELD_OUT)
+    platt(before, cosine)
+    content = {
+        "commit": commit(),
+        "hardware": hardware(),
+        "encoder": encoder_of(UNATTENDED).model_id,
+        "fitted_on": list(HOMES),
+        "homes": list(HELD_OUT),
+        "walks": len(believed.wrong),
+        "passes": len(believed.first),
+        "belief": asdict(examined(believed)),
+        "cosine": asdict(examined(cosine)),
+    }
+    write_whole(out, (json.dumps(content, indent=1) + "\n").encode())
+    echo(f"written: {out}", err=True)
+
+
+if __name__ == "__main__":
+    typer.run(examine)

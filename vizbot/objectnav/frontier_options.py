@@ -1,0 +1,104 @@
+"""What lies behind the frontiers, as options of the search."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.belief import PlaceBelief
+from nav.frontier import FrontierSearch
+from nav.way_field import WayField
+from vizbot.config import Config
+from vizbot.core.geometry import wrap_angle, yaw_of
+from vizbot.core.types import SE3, OccupancyGrid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Option:
+    """Something that may end the search.
+
+    Attributes:
+        kind: "place" or "frontier".
+        xy: (2,) in `map` [m].
+        probability: That it does.
+        way: What it takes, in metres of free floor.
+        spot_xy: (2,) from where a place is looked at that was looked at before; else None.
+    """
+
+    kind: str
+    xy: NDArray[np.float64]
+    probability: float
+    way: float
+    spot_xy: NDArray[np.float64] | None = None
+
+
+class FrontierOptions:
+    """Values each frontier by how much is unseen behind it, and by what was seen beside it."""
+
+    GAIN_REACH: ClassVar = 5.0
+    """How far behind a frontier the unseen area counts [m]."""
+    MOST_GAIN: ClassVar = 30.0
+    """How much of it counts at most [m^2]."""
+    VALUE_RADIUS: ClassVar = 1.5
+    """What was seen within this distance of a frontier says what may be behind it [m]."""
+    TURN_WAY: ClassVar = 0.1
+    """Length of way that a turn by one radian is worth [m]."""
+    LEAST_CHANCE: ClassVar = 0.02
+    """Frontiers that are less likely to show what is asked for are left."""
+    MOST_LIKENESS: ClassVar = 2.0
+    """Likeness that counts at a frontier, at most [standard deviations]."""
+
+    def __init__(self, config: Config, frontiers: FrontierSearch, *, likeness: bool) -> None:
+        """Create it.
+
+        Args:
+            config: Settings of the robot.
+            frontiers: What the camera has looked at.
+            likeness: Whether what was seen beside a frontier counts.
+        """
+        self._config, self._frontiers, self._counts_likeness = config, frontiers, likeness
+
+    def options(
+        self, belief: PlaceBelief, grid: OccupancyGrid, ways: WayField, T_map_base: SE3
+    ) -> list[Option]:
+        """The frontiers that can be reached and may show what is asked for.
+
+        Args:
+            belief: Where the goal is believed to be.
+            grid: The obstacle map.
+            ways: From where the robot is.
+            T_map_base: Where that is.
+        """
+        points_xy, areas = self._frontiers.options(
+            grid, self._config.navigator.costmap, self.GAIN_REACH
+        )
+        costs = ways.costs(points_xy, self._config.frontier.stand_off)
+        reached_xy = points_xy[np.isfinite(costs)]
+        self._frontiers.count_left(grid, reached_xy, self._config.navigator.costmap)
+        dx, dy = (points_xy - T_map_base[:2, 3]).T
+        turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
+        likeness = np.minimum(self._likeness(belief, points_xy), self.MOST_LIKENESS)
+        findings = self._config.objectnav.search.findings
+        chances = 1.0 - np.exp(-findings * np.minimum(areas, self.MOST_GAIN) * np.exp(likeness))
+        return [
+            Option("frontier", xy, float(chance), float(way + self.TURN_WAY * turn))
+            for xy, chance, way, turn in zip(points_xy, chances, costs, turns, strict=True)
+            if np.isfinite(way) and chance >= self.LEAST_CHANCE
+        ]
+
+    def _likeness(self, belief: PlaceBelief, points_xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Mean likeness (F,) to the goal of what was seen around each point."""
+        rows, columns = np.nonzero(belief.seen)
+        seen_xy, values = belief.xy(rows, columns), belief.likeness[rows, columns]
+        if len(values) == 0 or not self._counts_likeness:
+            return np.zeros(len(points_xy))
+        mean, spread = float(values.mean()), float(values.std()) + 1e-3
+        found = np.zeros(len(points_xy))
+        for i, xy in enumerate(points_xy):
+            near = np.linalg.norm(seen_xy - xy, axis=1) < self.VALUE_RADIUS
+            if near.any():
+                found[i] = (float(values[near].mean()) - mean) / spread
+        return found
