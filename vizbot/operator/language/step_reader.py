@@ -68,6 +68,7 @@ class StepReader:
         if next(readings(step.ways, self._cannot_early), None) is not None:
             return Decline(Reason.CANNOT)
         tells = unsure = strange = None
+        empty = False
         for rule, found in readings(step.ways, self.rules):
             goal = slot(found, "goal")
             known = self._goals.knows(self._goals.goal(goal, literals))
@@ -81,6 +82,7 @@ class StepReader:
                 command = self.read(rule, found, literals)
                 if command is not None and (known or not goal or self._goals.is_pronoun(goal)):
                     return command
+                empty = empty or command is None  # "go to the"
                 strange = command if strange is None else strange
         if strange is not None:
             return strange
@@ -94,7 +96,7 @@ class StepReader:
             and next(readings(step.ways, self._cannot), None) is not None
         ):
             return Decline(Reason.CANNOT)
-        if not bare or tells is not None:
+        if not bare or empty or tells is not None:
             return tells
         if not forbids and (name := self._goals.before_tail(step.words, bare=True)):
             return GoTo((name,))
