@@ -6,6 +6,9 @@ looks for "stop" first. Otherwise it drops politeness and fillers, cuts the line
 that are none are no command, so that a robot does not follow what people say to each other. Where
 only the robot is addressed, as in everything that is typed, they are a goal.
 
+A line that is not read like this, or is about something unknown, may say more than it asks for:
+then the order is looked for among its clauses (`clause_reader`).
+
 A sentence that forbids something, or that asks for what no robot of this kind can do, is a
 `Decline`. Words in double quotes are taken literally, so that anything can be asked for:
 `"go to the kitchen"` with its quotes is a thing of that name, as in
