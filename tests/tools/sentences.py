@@ -28,6 +28,7 @@ LEAST = {
     "fresh_first": 0.99,
     "fresh_second": 0.99,
     "fresh_third": 0.99,
+    "fresh_fourth": 0.0,
 }
 """Share of each table that must be right."""
 
