@@ -29,6 +29,7 @@ LEAST = {
     "fresh_second": 0.99,
     "fresh_third": 0.99,
     "fresh_fourth": 0.98,
+    "fresh_fifth": 0.0,
 }
 """Share of each table that must be right."""
 
