@@ -4,8 +4,8 @@
 
 `building.tsv` and `german.tsv` were written beside the grammar, which must have all of them right.
 Tables by readers who have not seen the grammar lie beside them, in the same form:
-`fresh_first.tsv` to `fresh_fourth.tsv`. When they were first run 82, 69, 79 and 93 of them were
-right; the grammar has learned from all four.
+`fresh_first.tsv` to `fresh_fifth.tsv`. When they were first run 82, 69, 79, 93 and 92 of them were
+right; the grammar has learned from all five.
 """
 
 from pathlib import Path
@@ -28,8 +28,8 @@ LEAST = {
     "fresh_first": 0.99,
     "fresh_second": 0.99,
     "fresh_third": 0.99,
-    "fresh_fourth": 0.98,
-    "fresh_fifth": 0.0,
+    "fresh_fourth": 1.0,
+    "fresh_fifth": 0.98,
 }
 """Share of each table that must be right."""
 
