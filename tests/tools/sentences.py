@@ -30,6 +30,7 @@ LEAST = {
     "fresh_third": 0.99,
     "fresh_fourth": 1.0,
     "fresh_fifth": 0.98,
+    "fresh_sixth": 0.0,
 }
 """Share of each table that must be right."""
 
