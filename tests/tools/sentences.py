@@ -4,8 +4,8 @@
 
 `building.tsv` and `german.tsv` were written beside the grammar, which must have all of them right.
 Tables by readers who have not seen the grammar lie beside them, in the same form:
-`fresh_first.tsv` to `fresh_fifth.tsv`. When they were first run 82, 69, 79, 93 and 92 of them were
-right; the grammar has learned from all five.
+`fresh_first.tsv` to `fresh_sixth.tsv`. When they were first run 82, 69, 79, 93, 92 and 88 of them
+were right; the grammar has learned from all six.
 """
 
 from pathlib import Path
@@ -29,8 +29,8 @@ LEAST = {
     "fresh_second": 0.99,
     "fresh_third": 0.99,
     "fresh_fourth": 1.0,
-    "fresh_fifth": 0.98,
-    "fresh_sixth": 0.0,
+    "fresh_fifth": 0.99,
+    "fresh_sixth": 0.98,
 }
 """Share of each table that must be right."""
 

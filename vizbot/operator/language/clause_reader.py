@@ -115,6 +115,8 @@ class ClauseReader:
                 isinstance(command, Decline | None) or self._wording.is_idle(clause)
             ):
                 asked.append(clause)
+            elif self._wording.is_idle(clause):
+                continue  # "..., would you" sets no terms
             elif (kept := self._without_contrast(clause, literals)) is not None:
                 if bare and not (kept or asked):
                     return "", ""  # "not the bed, the sofa"
