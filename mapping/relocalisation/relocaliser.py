@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+
 import numpy as np
 
 from mapping.keyframes.frame_matcher import FrameMatcher
@@ -73,30 +75,48 @@ class Relocaliser:
         return found
 
     def sure_matches(
-        self, features: Features, keyframes: KeyframeMap, matcher: FrameMatcher
-    ) -> list[KeyframeMatch]:
-        """Keyframes anywhere, each of which a lost robot would believe at once, the best first."""
+        self, features: Features, keyframes: KeyframeMap, matcher: FrameMatcher, before: int
+    ) -> Iterator[KeyframeMatch]:
+        """Keyframes older than `before`, each of which a lost robot would believe at once.
+
+        The best comes first.
+        """
         if len(features) < self._config.alone:
-            return []
-        found = self._resembling(features, keyframes, matcher)
-        found = [match for match in found if match.pose.inliers >= self._config.alone]
-        return sorted(found, key=lambda match: -match.pose.inliers)
+            return
+        similar = keyframes.most_similar(features, self._config.candidates)
+        older = (keyframe for keyframe in similar if keyframe < before)
+        found = [
+            match
+            for match in _measured(older, features, keyframes, matcher)
+            if match.pose.inliers >= self._config.alone
+        ]
+        for match in sorted(found, key=lambda match: -match.pose.inliers):
+            if self._resembles(match, features, keyframes, matcher):
+                yield match
 
     def _resembling(
         self, features: Features, keyframes: KeyframeMap, matcher: FrameMatcher
     ) -> list[KeyframeMatch]:
         """Of the keyframes that look most like a frame, those in which it surely lies."""
-        measured = [
-            (keyframe, matcher.between(keyframes[keyframe].features, features, np.eye(4), 1.0))
-            for keyframe in keyframes.most_similar(features, self._config.candidates)
-        ]
+        similar = keyframes.most_similar(features, self._config.candidates)
         return [
-            KeyframeMatch(keyframe, found)
-            for keyframe, found in measured
-            if found is not None
-            and self._is_sure(keyframes[keyframe].features, features, found)
-            and self._is_more_than_floor(keyframes[keyframe].features, features, found, matcher)
+            match
+            for match in _measured(similar, features, keyframes, matcher)
+            if self._resembles(match, features, keyframes, matcher)
         ]
+
+    def _resembles(
+        self,
+        match: KeyframeMatch,
+        features: Features,
+        keyframes: KeyframeMap,
+        matcher: FrameMatcher,
+    ) -> bool:
+        """Whether a frame surely lies in a keyframe."""
+        keyframe, found = keyframes[match.keyframe].features, match.pose
+        return self._is_sure(keyframe, features, found) and self._is_more_than_floor(
+            keyframe, features, found, matcher
+        )
 
     def _by_obstacles(
         self,
@@ -192,3 +212,13 @@ class Relocaliser:
             and pose_difference(found.T_keyframe_cam, above.T_keyframe_cam).max()
             <= self._config.beside
         )
+
+
+def _measured(
+    candidates: Iterable[int], features: Features, keyframes: KeyframeMap, matcher: FrameMatcher
+) -> Iterator[KeyframeMatch]:
+    """A frame in those keyframes that it matches, wherever it is there."""
+    for keyframe in candidates:
+        found = matcher.between(keyframes[keyframe].features, features, np.eye(4), 1.0)
+        if found is not None:
+            yield KeyframeMatch(keyframe, found)

@@ -94,7 +94,8 @@ class LoopClosure:
         if not spans:
             self._doubted_first = None
             return None
-        for match in self._search.sure_matches(features):
+        # What was mapped after the newest stretch tells nothing about any.
+        for match in self._search.sure_matches(features, before=spans[-1].first):
             T_old_cam = self._map.poses[match.keyframe] @ match.pose.T_keyframe_cam
             slack = self._explaining_slack(match.keyframe, T_old_cam, pose, spans)
             if slack is not None:

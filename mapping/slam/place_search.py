@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from mapping.keyframes.frame_matcher import FrameMatcher, MotionPrior
 from mapping.keyframes.keyframe_map import KeyframeMap
 from mapping.keyframes.tracked_pose import KeyframeMatch, TrackedPose
@@ -63,6 +65,6 @@ class PlaceSearch:
         T_odom_base = None if now is None else now.T_odom_base
         return self._relocaliser.recognise(frame, features, self._map, self._matcher, T_odom_base)
 
-    def sure_matches(self, features: Features) -> list[KeyframeMatch]:
-        """Keyframes anywhere that look strikingly like a frame, the best first."""
-        return self._relocaliser.sure_matches(features, self._map, self._matcher)
+    def sure_matches(self, features: Features, before: int) -> Iterator[KeyframeMatch]:
+        """Keyframes older than `before` that look strikingly like a frame, the best first."""
+        return self._relocaliser.sure_matches(features, self._map, self._matcher, before)
