@@ -40,9 +40,11 @@ def _squared(residual: NDArray[np.float64], rows: int) -> float:
     return error
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+# Inlined, and without arrays of its own: it is called some thousand times per pose.
+@njit(cache=True, inline="always")  # type: ignore[untyped-decorator]
 def _view(
-    T_k_c: SE3,
+    rotation: NDArray[np.float64],
+    t: NDArray[np.float64],
     inverse: bool,
     pixel_k: NDArray[np.float64],
     point_k: NDArray[np.float64],
@@ -51,53 +53,53 @@ def _view(
     camera: NDArray[np.float64],
     pixel_sigma: float,
     depth_sigma: float,
+    own: NDArray[np.float64],
+    turned: NDArray[np.float64],
     jacobian: NDArray[np.float64],
     residual: NDArray[np.float64],
 ) -> int:
     """Where the keyframe's point lies in the other image; `inverse`: the other's in the keyframe.
 
     Writes the (3, 6) Jacobian and the (3,) residual, in units of the noise. Returns how many of
-    their rows count: 2, with depth on both sides 3, without depth or behind the camera 0.
+    their rows count: 2, with depth on both sides 3, without depth or behind the camera 0. Works in
+    `own` and `turned`, both (3, 6), which are zero at first.
     """
     point, other, pixel = (
         (point_c, point_k[2], pixel_k) if inverse else (point_k, point_c[2], pixel_c)
     )
     if not point[2] > 0:
         return 0
-    rotation, t = T_k_c[:3, :3], T_k_c[:3, 3]
-    q = np.empty(3)
-    for a in range(3):
-        if inverse:
-            q[a] = (
-                rotation[a, 0] * point[0]
-                + rotation[a, 1] * point[1]
-                + rotation[a, 2] * point[2]
-                + t[a]
-            )
-        else:
-            x, y, z = point[0] - t[0], point[1] - t[1], point[2] - t[2]
-            q[a] = rotation[0, a] * x + rotation[1, a] * y + rotation[2, a] * z
-    z = q[2]
+    if inverse:
+        px, py, pz = point[0], point[1], point[2]
+        x = rotation[0, 0] * px + rotation[0, 1] * py + rotation[0, 2] * pz + t[0]
+        y = rotation[1, 0] * px + rotation[1, 1] * py + rotation[1, 2] * pz + t[1]
+        z = rotation[2, 0] * px + rotation[2, 1] * py + rotation[2, 2] * pz + t[2]
+    else:
+        dx, dy, dz = point[0] - t[0], point[1] - t[1], point[2] - t[2]
+        x = rotation[0, 0] * dx + rotation[1, 0] * dy + rotation[2, 0] * dz
+        y = rotation[0, 1] * dx + rotation[1, 1] * dy + rotation[2, 1] * dz
+        z = rotation[0, 2] * dx + rotation[1, 2] * dy + rotation[2, 2] * dz
     if z < 0.05:
         return 0
-    fx, fy, cx, cy = camera
-    # Motion of q with the perturbation, dq / d(rotation, translation): by the inverse, that of the
+    # Motion of (x, y, z) with the perturbation (rotation, translation): by the inverse, that of the
     # camera's own point, turned into the keyframe.
-    p = point_c if inverse else q
-    motion = np.zeros((3, 6))
-    motion[0, 1], motion[0, 2], motion[1, 0] = p[2], -p[1], -p[2]
-    motion[1, 2], motion[2, 0], motion[2, 1] = p[0], p[1], -p[0]
-    motion[0, 3] = motion[1, 4] = motion[2, 5] = 1.0
-    motion = np.ascontiguousarray(rotation) @ motion if inverse else -motion
-    residual[0] = (fx * q[0] / z + cx - pixel[0]) / pixel_sigma
-    residual[1] = (fy * q[1] / z + cy - pixel[1]) / pixel_sigma
-    jacobian[0] = fx / z * (motion[0] - q[0] / z * motion[2]) / pixel_sigma
-    jacobian[1] = fy / z * (motion[1] - q[1] / z * motion[2]) / pixel_sigma
+    sign, (px, py, pz) = (1.0, (px, py, pz)) if inverse else (-1.0, (x, y, z))
+    own[0, 1], own[0, 2], own[1, 0] = sign * pz, -sign * py, -sign * pz
+    own[1, 2], own[2, 0], own[2, 1] = sign * px, sign * py, -sign * px
+    own[0, 3] = own[1, 4] = own[2, 5] = sign
+    motion = np.dot(rotation, own, turned) if inverse else own
+    residual[0] = (camera[0] * x / z + camera[2] - pixel[0]) / pixel_sigma
+    residual[1] = (camera[1] * y / z + camera[3] - pixel[1]) / pixel_sigma
+    for a in range(6):
+        along = motion[2, a]
+        jacobian[0, a] = camera[0] / z * (motion[0, a] - x / z * along) / pixel_sigma
+        jacobian[1, a] = camera[1] / z * (motion[1, a] - y / z * along) / pixel_sigma
     if not other > 0:
         return 2
     sigma = depth_sigma * np.sqrt(1.0 + z**4 + other**4)
     residual[2] = (z - other) / sigma
-    jacobian[2] = motion[2] / sigma
+    for a in range(6):
+        jacobian[2, a] = motion[2, a] / sigma
     return 3
 
 
@@ -169,24 +171,27 @@ def _refine(
 ) -> None:
     """Do what `refine` says: the pose is changed, the last three arrays are filled."""
     T = T_k_c
+    own, turned = np.zeros((3, 6)), np.zeros((3, 6))
     jacobian, residual = np.zeros((3, 6)), np.zeros(3)
     information = np.zeros((6, 6))
     for _ in range(_ITERATIONS):
+        rotation, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3]
         information[:] = 0.0
         gradient = np.zeros(6)
         for i in range(len(pixels_k)):
             share = _share(points_k[i, 2], points_c[i, 2])
             for inverse in range(2):
                 rows = _view(
-                    T, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
-                    camera, pixel_sigma, depth_sigma, jacobian, residual,
+                    rotation, t, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
+                    camera, pixel_sigma, depth_sigma, own, turned, jacobian, residual,
                 )  # fmt: skip
                 weight = share / (1.0 + _squared(residual, rows) / _CAUCHY)
                 for k in range(rows):
                     for a in range(6):
-                        gradient[a] += weight * jacobian[k, a] * residual[k]
+                        weighted = weight * jacobian[k, a]
+                        gradient[a] += weighted * residual[k]
                         for b in range(6):
-                            information[a, b] += weight * jacobian[k, a] * jacobian[k, b]
+                            information[a, b] += weighted * jacobian[k, b]
         if np.linalg.det(information) < 1e-9:
             break
         step = -np.linalg.solve(information, gradient)
@@ -194,6 +199,7 @@ def _refine(
         if np.abs(step).max() < 1e-7:
             break
     T_k_c[:] = T
+    rotation, t = np.ascontiguousarray(T[:3, :3]), T[:3, 3]
     for i in range(len(pixels_k)):
         of_match = np.zeros(6)
         has_k, has_c = points_k[i, 2] > 0, points_c[i, 2] > 0
@@ -201,8 +207,8 @@ def _refine(
         share = _share(points_k[i, 2], points_c[i, 2])
         for inverse in range(2):
             rows = _view(
-                T, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
-                camera, pixel_sigma, depth_sigma, jacobian, residual,
+                rotation, t, inverse == 1, pixels_k[i], points_k[i], pixels_c[i], points_c[i],
+                camera, pixel_sigma, depth_sigma, own, turned, jacobian, residual,
             )  # fmt: skip
             error = _squared(residual, rows)
             if (has_c if inverse else has_k) and (rows == 0 or error > _OUTLIER):
