@@ -56,12 +56,12 @@ def detect(frame: RGBDFrame, config: FeatureConfig) -> Features:
         return NO_FEATURES
     stop = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 5, 0.03)
     corners = cv2.cornerSubPix(grey, corners, (3, 3), (-1, -1), stop).reshape(-1, 2)
-    keypoints = [cv2.KeyPoint(float(u), float(v), 31.0, 0.0) for u, v in corners]
+    keypoints = [cv2.KeyPoint(u, v, 31.0, 0.0) for u, v in corners.tolist()]
     orb = cv2.ORB.create(config.count, nlevels=1, edgeThreshold=16)
     keypoints, descriptors = orb.compute(grey, keypoints)
     if len(keypoints) == 0:
         return NO_FEATURES
-    pixels = np.array([keypoint.pt for keypoint in keypoints])
+    pixels = np.asarray(cv2.KeyPoint.convert(keypoints), np.float64)
     depths = depth_at(frame.depth, pixels, config.depth_spread, config.max_depth)
     camera = frame.intrinsics
     rays = np.column_stack(
