@@ -63,11 +63,12 @@ def relative_pose(
     """
 
     def matched(T: SE3, within: float) -> Matches:
-        predicted = predicted_pixels(keyframe, T, intrinsics)
+        predicted = _projected(points, T, intrinsics)
         pairs = match(keyframe, predicted, features, within, feature_config)
         a, b = pairs.T
         return keyframe.pixels[a], keyframe.points[a], features.pixels[b], features.points[b]
 
+    points = _points(keyframe, intrinsics)
     camera = np.array([intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy])
     guided = matched(T_keyframe_cam, radius)
     best, best_score = None, -np.inf
@@ -151,6 +152,11 @@ def predicted_pixels(
 
     A corner without depth is taken to lie at the median depth of the others.
     """
+    return _projected(_points(keyframe, intrinsics), T_keyframe_cam, intrinsics)
+
+
+def _points(keyframe: Features, intrinsics: Intrinsics) -> NDArray[np.float64]:
+    """Where the keyframe's corners are taken to lie (N, 3), in its camera [m]."""
     measured = keyframe.points[:, 2] > 0
     median = float(np.median(keyframe.points[measured, 2])) if measured.any() else 2.0
     rays = np.column_stack(
@@ -160,7 +166,13 @@ def predicted_pixels(
             np.ones(len(keyframe)),
         )
     )
-    points = np.where(measured[:, None], keyframe.points, rays * median)
+    return np.where(measured[:, None], keyframe.points, rays * median)
+
+
+def _projected(
+    points: NDArray[np.float64], T_keyframe_cam: SE3, intrinsics: Intrinsics
+) -> NDArray[np.float64]:
+    """Where a camera sees points of a keyframe's camera (N, 2) [px]; NaN behind it."""
     x, y, z = transform(invert(T_keyframe_cam), points).T
     z = np.where(z > 0.05, z, np.nan)
     return np.column_stack(
