@@ -156,7 +156,6 @@ class Perception:
         else:
             estimate = self.slam.track(frame, T_odom_base)
         self._estimates.append(estimate)
-        self._collect()
         if estimate.tracking is not Tracking.LOST:
             self.depth_mapper.integrate(
                 estimate.keyframe,
@@ -250,6 +249,8 @@ class Perception:
             standing: Whether the robot waits. Then a frame from where the previous one was taken is
                 left out, so that the map does not grow.
         """
+        # Not with every frame: a simulated clock waits here for an encoder that is slower.
+        self._collect()
         if estimate.tracking is Tracking.LOST:
             return
         if standing and not shows_more(self._T_map_embedded, estimate.T_map_cam):
