@@ -5,7 +5,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from mapping.odometry.config import FeatureConfig
-from mapping.odometry.features import NO_FEATURES, Features, depth_at, detect, match
+from mapping.odometry.features import (
+    NO_FEATURES,
+    Features,
+    depth_at,
+    detect,
+    match,
+    strongest_corners,
+)
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 CAMERA = Intrinsics(320, 240, 300.0, 310.0, 159.5, 119.5)
@@ -77,6 +84,16 @@ def test_corners_keep_their_distance_and_number() -> None:
     assert len(features) <= 80
     # Refinement moves each corner by a few pixels at most.
     assert np.partition(apart, 1, axis=1)[:, 1].mean() > CONFIG.spacing
+
+
+@given(seed=st.integers(0, 10_000), spacing=st.floats(0, 20), levels=st.integers(1, 256))
+def test_the_strongest_corners_are_those_of_opencv(seed: int, spacing: float, levels: int) -> None:
+    # A few levels give many corners of equal strength.
+    noise = np.random.default_rng(seed).integers(0, levels, (60, 90)).astype(np.uint8)
+    config = FeatureConfig(count=100, spacing=spacing)
+    expected = cv2.goodFeaturesToTrack(noise, 100, config.quality, spacing)
+    expected = np.zeros((0, 2), np.float32) if expected is None else expected[:, 0]
+    np.testing.assert_array_equal(strongest_corners(noise, config), expected)
 
 
 def test_darkness_and_white_walls_have_no_corners() -> None:
