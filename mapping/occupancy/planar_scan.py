@@ -96,6 +96,25 @@ def flatten(
     return PlanarScan(first, kept.shape, zlib.compress(kept.tobytes(), 1))
 
 
+@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+def bearing_bin(x: float, y: float, bearings: int) -> int:
+    """Bin of the direction x, y: b is centred (b + 0.5) / bearings of a turn from -x.
+
+    An arctangent takes most of the time of a scan. Ahead, a polynomial that is right within 1e-5
+    (Abramowitz and Stegun 1964, 4.4.47) decides, except at the edge of a bin.
+    """
+    if abs(y) < x:
+        t = y / x
+        s = t * t
+        angle = t * (
+            0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351)))
+        )
+        b = (angle / (2 * np.pi) + 0.5) * bearings
+        if abs(b - np.rint(b)) > 1e-5 * bearings:
+            return int(b)
+    return int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * bearings) % bearings
+
+
 @njit(  # type: ignore[untyped-decorator]
     "void(f4[:,::1], f8[::1], f8[:,::1], i8, f8, f8, f8, f8, f8, f8, f8, f8,"
     " u2[:,::1], u2[:,::1], u2[:,::1])",
@@ -140,7 +159,7 @@ def _project(
             y = T_level_cam[1, 0] * x_cam + T_level_cam[1, 1] * y_cam + T_level_cam[1, 2] * z_cam
             distance = np.sqrt(x * x + y * y)
             floor_top = min_height + tilt_tolerance * distance
-            b = int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * bearings) % bearings
+            b = bearing_bin(x, y, bearings)
             if z < -drop_depth - tilt_tolerance * distance:
                 through = distance * T_level_cam[2, 3] / (T_level_cam[2, 3] - z)
                 if through < drop_range:
@@ -187,7 +206,7 @@ def _nearest_floor_in_view(
         drop = -(T_level_cam[2, 0] * x_cam + T_level_cam[2, 1] * y_cam + T_level_cam[2, 2])
         if drop > 1e-6:
             distance = (T_level_cam[2, 3] - min_height) * np.sqrt(x * x + y * y) / drop
-            b = int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * len(nearest)) % len(nearest)
+            b = bearing_bin(x, y, len(nearest))
             nearest[b] = min(nearest[b], max(int(distance / range_step), 0) + 1)
 
 

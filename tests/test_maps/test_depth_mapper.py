@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.depth_mapper import DepthMapper
-from mapping.occupancy.planar_scan import level_pose
+from mapping.occupancy.planar_scan import BEARINGS, bearing_bin, level_pose
 from tests.helpers.boxes import (
     INTRINSICS,
     LOW_BOX,
@@ -172,6 +172,18 @@ def test_the_level_frame_is_on_the_floor_below_the_camera_and_looks_its_way(x, y
     np.testing.assert_allclose(T_level_cam[:3, 3], [0.0, 0.0, h], atol=1e-9)
     assert T_level_cam[1, 2] == pytest.approx(0.0, abs=1e-9)
     assert T_level_cam[0, 2] == pytest.approx(np.cos(tilt), abs=1e-9)
+
+
+@given(
+    edge=st.integers(0, BEARINGS),
+    off=st.floats(-1, 1) | st.floats(-1e-6, 1e-6) | st.floats(-1e-14, 1e-14),
+    distance=st.floats(0.1, 10),
+)
+def test_a_bearing_bin_is_that_of_the_arctangent(edge, off, distance):
+    angle = ((edge + off) / BEARINGS - 0.5) * 2 * np.pi
+    x, y = distance * np.cos(angle), distance * np.sin(angle)
+    expected = int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * BEARINGS) % BEARINGS
+    assert bearing_bin(x, y, BEARINGS) == expected
 
 
 def test_the_edge_of_a_hole_in_the_floor_is_an_obstacle():
