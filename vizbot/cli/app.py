@@ -30,7 +30,7 @@ from vizbot.commands.options import (
     VerboseOption,
 )
 from vizbot.core.errors import ConfigError, VizbotError
-from vizbot.core.garbage import collecting_afterwards
+from vizbot.core.garbage import collecting_afterwards, keep_freed_memory
 from vizbot.core.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.threads import keep_a_core_free, let_threads_sleep
 from vizbot.operator.printing import echo
@@ -85,6 +85,7 @@ def dry_run(options: DryRunOptions) -> None:
 
         show()
         return
+    keep_freed_memory()
     if options.base != "none":
         keep_a_core_free()
     with collecting_afterwards():
@@ -105,6 +106,7 @@ def launch(options: LaunchOptions) -> None:
     """Run on the robot, with goals from `vizbot goal` or typed one a line; Ctrl-C ends it."""
     if options.run.verbose:
         show_events()
+    keep_freed_memory()
     keep_a_core_free()
     with collecting_afterwards():
         from vizbot.commands.run_plan import plan_run

@@ -21,6 +21,7 @@ from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.bench.loop.stages import REST, StageTime, StageTimer
+from vizbot.core.garbage import keep_freed_memory
 from vizbot.core.observer import Observer
 from vizbot.operator.report.report import Report
 from vizbot.pipeline import Pipeline
@@ -136,6 +137,7 @@ def read_ticks(text: str) -> Ticks:
 
 def main(arguments: list[str]) -> None:
     """Drive what the first argument says in JSON, and print its ticks in JSON."""
+    keep_freed_memory()
     drive: Any = TypeAdapter(TimedDrive).validate_json(arguments[0])
     keep = Path(arguments[1]) if len(arguments) > 1 else None
     with TemporaryDirectory() as folder:
