@@ -45,7 +45,7 @@ class FrameStore:
     def add(self, number: int, rgb: NDArray[np.uint8]) -> None:
         """Hold a frame's picture (H, W, 3) until its patches arrive."""
         scale = min(_WIDTH / rgb.shape[1], 1.0)
-        small = cv2.resize(rgb, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        small = cv2.resize(rgb, None, fx=scale, fy=scale)
         self._waiting[number] = jpeg(np.asarray(small, np.uint8)), scale
         if len(self._waiting) > _WAITING:
             del self._waiting[next(iter(self._waiting))]
