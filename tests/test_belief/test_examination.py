@@ -19,6 +19,7 @@ from vizbot.bench.fast_world.examination import (
 )
 from vizbot.bench.fast_world.fit import HOMES, SeenHome
 from vizbot.bench.fast_world.page import COLOURS, FILE, PICTURE, belief_page, write_belief_picture
+from vizbot.bench.fast_world.views import HEADINGS
 
 VIEWS = 5
 SOFA_AT, WRONG_AT = 2, 4
@@ -54,7 +55,7 @@ def test_homes_of_the_examination_are_fitted_on_by_nothing():
 def test_a_pass_holds_the_greatest_value_of_the_thing_and_a_walk_that_of_what_is_wrong():
     _, cosine = passes_in([corridor()], [7])
     assert cosine.first == [(7, 4.0)] * WALKS
-    assert cosine.wrong == [(7, 1.0)] * WALKS
+    assert cosine.wrong == [(7, value) for value in (1.0, -5.0, -5.0)] * WALKS
     believed, _ = passes_in([corridor()], [7])
     weak, _ = passes_in([corridor(sofa=-4.0)], [7])
     assert 0.0 < weak.first[0][1] < believed.first[0][1] < 1.0
@@ -69,9 +70,11 @@ def test_what_is_passed_again_does_not_count(monkeypatch):
         np.concatenate([home.places] * 2), np.arange(2 * VIEWS + 1), np.arange(2 * VIEWS),
         np.concatenate([home.xy] * 2), np.zeros(2 * VIEWS, np.int64),
     )  # fmt: skip
-    monkeypatch.setattr(examination, "walk_in", lambda home, rng: list(range(2 * VIEWS)))
-    _, cosine = passes_in([both], [7])
-    assert cosine.first == [(7, 4.0)] * WALKS
+    for between, greatest in ((3, 9.0), (HEADINGS, 4.0)):
+        walk = [*range(VIEWS), *between * [0], *range(VIEWS, 2 * VIEWS)]
+        monkeypatch.setattr(examination, "walk_in", lambda home, rng, walk=walk: walk)
+        _, cosine = passes_in([both], [7])
+        assert cosine.first == [(7, greatest)] * WALKS
 
 
 @pytest.mark.parametrize(("share", "missed"), [(0.0, 0.75), (0.25, 0.5), (0.5, 0.25), (1.0, 0.0)])
@@ -107,7 +110,7 @@ def test_the_page_tells_both_and_its_picture_is_drawn(tmp_path):
     believed, cosine = passes_in([corridor()], [7])
     platt(cosine, cosine)
     kept = {
-        "commit": "c0ffee", "encoder": "embedded", "homes": [7], "walks": WALKS, "passes": WALKS,
+        "commit": "c0ffee", "encoder": "embedded", "homes": [7], "passes": WALKS, "wrong_places": 9,
         "belief": asdict(examined(believed)), "cosine": asdict(examined(cosine)),
     }  # fmt: skip
     (tmp_path / FILE).write_text(json.dumps(kept))

@@ -1,11 +1,11 @@
-"""Examines the belief: `python -m vizbot.bench.fast_world.examination VIEWS`.
+"""Examines the belief: `python -m vizbot.bench.fast_world.examination VIEWS --out FILE`.
 
 In training homes on which nothing was fitted, walks are taken as for the fit. Two things are asked
 of the probability of each place. Is it one, of all places that were seen? And does it tell what the
 robot passes near by from what only looks like it: how much is missed at the first pass, where so
-many walks end at a wrong place? Both are asked of the best cosine of each place, too; it becomes a
-probability as Platt did it (1999, "Probabilistic outputs"), by two numbers that the homes of the
-fit gave. VIEWS keeps the views.
+many of the likeliest wrong places are believed? Both are asked of the best cosine of each place,
+too; it becomes a probability as Platt did it (1999, "Probabilistic outputs"), by two numbers that
+the homes of the fit gave. VIEWS keeps the views.
 """
 
 from __future__ import annotations
@@ -23,17 +23,21 @@ import typer
 from numpy.typing import NDArray
 
 from mapping.clip.evidence import evidence
+from mapping.clip.footprint import PLACE
 from mapping.clip.place_views import PlaceViews
+from mapping.clip.retrieval import best
 from mapping.clip.weights import fitted_weights
 from sim_stubs.scoring.places import are_true
 from vizbot.bench.episodes.run import encoder_of
 from vizbot.bench.fast_world.fit import HOMES, SeenHome, logistic, see_home, walk_in
+from vizbot.bench.fast_world.views import HEADINGS
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.bench.harness.fingerprint import commit, hardware
 from vizbot.bench.harness.scores import expected_calibration_error, interval_over_homes, log_loss
 from vizbot.bench.harness.workers import in_parallel
 from vizbot.core.files import write_whole
 from vizbot.objectnav.belief_search import BeliefSearch
+from vizbot.objectnav.looks import APART
 from vizbot.operator.printing import echo
 
 HELD_OUT = range(926, 932)
@@ -41,9 +45,13 @@ HELD_OUT = range(926, 932)
 WALKS = 3
 """Walks for each goal of a home."""
 FALSE_SHARES = (0.01, 0.02, 0.03, 0.05, 0.1, 0.15, 0.2, 0.3)
-"""Shares of the walks that end at a wrong place, for which the share of what is missed is told."""
+"""Shares of wrong places that are believed, for which the share of what is missed is told."""
 _NEAR = BeliefSearch.CLOSING
-"""What is within this distance of the robot is passed near by [m]."""
+"""What a view shows within this distance is passed near by [m]."""
+_GONE = HEADINGS
+"""Views after which a thing that none of them shows near by is passed."""
+_MOST_WRONG = 3
+"""Wrong places of a walk that count, the likeliest first, `APART` from one another."""
 _JUDGED_AT = (0.4, 1.0)
 """When on a walk all places are looked at, as shares of it."""
 _LOG_ODDS = slice(0, 3)
@@ -56,7 +64,7 @@ class Passes:
     """What a measure says on walks, a row for each walk, pass or place.
 
     Attributes:
-        wrong: Greatest value of a wrong place near by, with the home, of each walk.
+        wrong: Greatest values of the likeliest wrong places near by, with the home.
         first: Greatest value of a thing during the first pass near by it, with the home.
         values: Of the places that were seen.
         there: Whether the goal is there.
@@ -70,10 +78,10 @@ class Passes:
 
 @dataclass(frozen=True, slots=True)
 class Missed:
-    """What is missed where so many walks end at a wrong place.
+    """What is missed where so many of the likeliest wrong places are believed.
 
     Attributes:
-        false: Share of the walks that do.
+        false: Share of these.
         missed: Share of the things that are not taken for one at the first pass near by.
         over_homes: Bounds of that, 95 %, over homes; None of one home.
     """
@@ -176,35 +184,36 @@ def _walk(
     """Walk once, and add what the measure says near by."""
     there, low = home.true[goal]
     _, things = cv2.connectedComponents(there.astype(np.uint8))
-    wrong, now, over = _UNSEEN, dict[int, float](), dict[int, float]()
+    wrong = dict[tuple[int, int], float]()
+    now, last, over = dict[int, float](), dict[int, int](), dict[int, float]()
     judged = {int(len(walk) * share) - 1 for share in _JUDGED_AT}
     for step, view in enumerate(walk):
         measure.add(home, goal, view)
         first, values, seen = measure.values()
-        places = np.argwhere(seen)[:, ::-1] + first
-        of_places = values[seen]
-        true = are_true(places, there, low)
-        centres = (places + 0.5) * 0.25
-        near = np.linalg.norm(centres - home.xy[view], axis=1) <= _NEAR
-        if (near & ~true).any():
-            wrong = max(wrong, float(of_places[near & ~true].max()))
-        column, row = (places[near & true] - low).T
-        passed = things[row, column]
-        for thing in np.unique(passed):
-            value = float(of_places[near & true][passed == thing].max())
-            if int(thing) not in over:
-                now[int(thing)] = max(now.get(int(thing), _UNSEEN), value)
-        for thing in [each for each in now if each not in passed]:
+        rows = slice(home.first[view], home.first[view + 1])
+        places = np.unique(home.places[rows][home.ranges[rows] <= _NEAR], axis=0)
+        column, row = (places - first).T
+        near, true = values[row, column], are_true(places, there, low)
+        for (x, y), value in zip(places[~true].tolist(), near[~true].tolist(), strict=True):
+            wrong[x, y] = max(wrong.get((x, y), _UNSEEN), value)
+        column, row = (places[true] - low).T
+        for thing, value in zip(things[row, column].tolist(), near[true].tolist(), strict=True):
+            if thing not in over:
+                now[thing], last[thing] = max(now.get(thing, _UNSEEN), value), step
+        for thing in [each for each in now if step - last[each] >= _GONE]:
             over[thing] = now.pop(thing)
         if step in judged:
-            passes.values.append(of_places)
-            passes.there.append(true)
-    passes.wrong.append((seed, wrong))
+            passes.values.append(values[seen])
+            passes.there.append(are_true(np.argwhere(seen)[:, ::-1] + first, there, low))
     passes.first += [(seed, value) for value in (over | now).values()]
+    if wrong:
+        at, values = np.array(list(wrong), float) * PLACE, np.array(list(wrong.values()))
+        likeliest = best(values.astype(np.float32), at, _MOST_WRONG, APART)
+        passes.wrong += [(seed, float(value)) for value in values[likeliest]]
 
 
 def missed_at(passes: Passes, share: float) -> Missed:
-    """What is missed where at most a share of the walks end at a wrong place."""
+    """What is missed where at most a share of the likeliest wrong places are believed."""
     wrong = np.sort([value for _, value in passes.wrong])[::-1]
     allowed = int(share * len(wrong))
     least = float(np.nextafter(wrong[allowed], np.inf)) if allowed < len(wrong) else _UNSEEN
@@ -257,7 +266,7 @@ def examine(
         "encoder": encoder_of(UNATTENDED).model_id,
         "fitted_on": list(HOMES),
         "homes": list(HELD_OUT),
-        "walks": len(believed.wrong),
+        "wrong_places": len(believed.wrong),
         "passes": len(believed.first),
         "belief": asdict(examined(believed)),
         "cosine": asdict(examined(cosine)),

@@ -29,8 +29,10 @@ near by (within 2 m) from what only looks like it? The best cosine of each place
 two numbers, fitted on the homes of the belief's fit, make a probability of it (Platt 1999).
 
 Log loss and calibration error are over all places that were seen (of 0.25 m, 40 % through each walk
-and at its end). "Missed" are things that are not taken for one at the first pass, where the level
-at which something is taken for one lets so many of the walks end at a wrong place."""
+and at its end). "Missed" are things that are not believed while views show them near by for the
+first time, on the way past them, at the level at which so many of the three likeliest wrong places
+of each walk are believed. A search looks at what is likely from more than one spot; this walk does
+not."""
 COLOURS = {"belief": (160, 70, 30), "cosine": (60, 130, 220)}
 _TEXT, _GRID = (60, 60, 60), (225, 225, 225)
 _SIZE, _EDGE = 420, 60
@@ -48,9 +50,9 @@ def belief_page(folder: Path, page: Path) -> str:
     homes = f"{kept['homes'][0]} to {kept['homes'][-1]}"
     parts = [
         _TITLE,
-        f"Commit {kept['commit']}, homes {homes}, {kept['walks']} walks with {kept['passes']}"
-        f" first passes; encoder {kept['encoder']}.",
-        f"![Reliability, and false ends against what is missed]({PICTURE})",
+        f"Commit {kept['commit']}, homes {homes}, {kept['passes']} first passes and"
+        f" {kept['wrong_places']} wrong places; encoder {kept['encoder']}.",
+        f"![Reliability, and what is missed against what is wrongly believed]({PICTURE})",
         "## Does it hold?",
         markdown_table(
             ("", "log loss", "expected calibration error"),
@@ -69,7 +71,7 @@ def belief_page(folder: Path, page: Path) -> str:
         "## What is passed near by",
         markdown_table(
             (
-                "walks that end wrongly, at most [%]",
+                "wrong places that are believed [%]",
                 *(f"missed by {name} [%]" for name in MEASURES.values()),
             ),
             [
@@ -91,7 +93,7 @@ def write_belief_picture(folder: Path, page: Path) -> None:
 
 
 def draw_curves(kept: Mapping[str, Any]) -> bytes:
-    """Two panels as a PNG: reliability, and what is missed against what ends wrongly."""
+    """Two panels as a PNG: reliability, and what is missed against what is wrongly believed."""
     reliability = {
         key: [(each["mean"], each["share"]) for each in kept[key]["bins"]] for key in MEASURES
     }
@@ -101,7 +103,10 @@ def draw_curves(kept: Mapping[str, Any]) -> bytes:
     held = _panel(reliability, "probability", "places where it is", 1.0)
     _line(held, [(0.0, 0.0), (1.0, 1.0)], 1.0, (150, 150, 150), 1)
     most = max(FALSE_SHARES)
-    both = [held, _panel(missed, "walks that end wrongly", "missed at the first pass", most)]
+    both = [
+        held,
+        _panel(missed, "wrong places that are believed", "missed at the first pass", most),
+    ]
     return bytes(cv2.imencode(".png", np.hstack(both))[1])
 
 
