@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.world.body import Outline
 from sim_stubs.world.contact_map import ContactMap
-from sim_stubs.world.visibility import Visibility
 from vizbot.core.types import Intrinsics
+
+if TYPE_CHECKING:  # its module loads numba, for which the drawing of a home is not to wait
+    from sim_stubs.world.visibility import Visibility
 
 D435I_COLOUR = Intrinsics(640, 480, 617.0, 617.0, 319.5, 239.5)
 """A D435i's colour camera at 640x480, without distortion."""
@@ -49,4 +51,6 @@ class HouseShape:
         cls, house: House, outline: Outline, intrinsics: Intrinsics = D435I_COLOUR
     ) -> Self:
         """Work it out for a robot with this outline and camera."""
+        from sim_stubs.world.visibility import Visibility
+
         return cls(ContactMap(house, outline), Visibility.in_house(house, intrinsics))
