@@ -1,23 +1,33 @@
 """The bench of waiting times: what counts as the first tick, and what is said of a failure."""
 
+from dataclasses import replace
+
 import pytest
 
+from tests.helpers.served import step
 from vizbot.bench.loop import startup
 from vizbot.bench.loop.startup import Wait, is_first_tick_in, measure_startup, median_wait
+from vizbot.commands.progress import Progress
 from vizbot.core.errors import VizbotError
 
 
-def test_the_first_tick_is_the_line_of_step_0_and_nothing_behind_it_is_read():
+def test_the_first_tick_is_the_line_of_the_first_step_and_nothing_behind_it_is_read():
     lines = iter(
         [
             "world 1101: a home with held-out furniture\n",
             "step size 0 is not a tick\n",
-            "step    0  sofa: standing still  probability - (enough: 80%)  to go -\n",
+            "step    1 of 1000  sofa: standing still  probability - (enough: 80%)  to go -\n",
             "step   25  sofa: looking around\n",
         ]
     )
     assert is_first_tick_in(lines)
     assert next(lines).startswith("step   25")
+
+
+def test_what_a_run_prints_first_is_its_first_tick(capsys):
+    Progress(1000).on_step(replace(step(0), goal="sofa"))
+    assert is_first_tick_in(capsys.readouterr().err.splitlines(keepends=True))
+    assert is_first_tick_in(["step    0  sofa: standing still  best similarity -  to go -\n"])
 
 
 @pytest.mark.parametrize("said", [[], ["vizbot: no\n"], ["step   10  sofa\n"], ["  step 0\n"]])

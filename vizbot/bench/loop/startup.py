@@ -19,7 +19,8 @@ from pathlib import Path
 
 from vizbot.core.errors import VizbotError
 
-_FIRST_TICK = re.compile(r"^step +0\b")
+_FIRST_TICK = re.compile(r"^step +[01]\b")
+"""Older commits count from 0."""
 _WORLD = "1101"
 _THING = "sofa"
 
