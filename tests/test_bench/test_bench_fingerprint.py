@@ -1,5 +1,6 @@
 import json
 import shutil
+import subprocess
 from dataclasses import replace
 
 import pytest
@@ -129,7 +130,23 @@ def test_no_kept_row_of_older_sources_is_taken_for_one_of_these(path):
     kept = {part for row in rows for part in row["key"].split("-")}
     faults = fingerprint.key_of_robot("vizbot/bench/episodes", "vizbot/bench/faults")
     replays = fingerprint.key_of_sources("mapping", "vizbot/core", "vizbot/bench/slam")
-    assert kept and not kept & {key_of(DEFAULT), faults, replays}
+    assert kept and not kept & {faults, replays}
+    present = key_of(DEFAULT)
+    for commit in {row["commit"] for row in rows if present in row["key"].split("-")}:
+        assert changed_since(commit) == []
+
+
+def changed_since(commit):
+    """Sources of a run that differ from those of a commit."""
+    command = ["git", "diff", "--name-only", commit, "--", *fingerprint._PACKAGES]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    others = [each for each in fingerprint._NO_PART_OF_A_RUN if each != "vizbot/bench"]
+    return [
+        name for name in done.stdout.splitlines()
+        if name.endswith(fingerprint._SUFFIXES)
+        and not any(name.startswith(f"{each}/") for each in others)
+        and (not name.startswith("vizbot/bench/") or name.startswith(fingerprint._EPISODES))
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
