@@ -47,6 +47,14 @@ def until(page, condition):
         page.wait_for_timeout(20)
 
 
+def box_of(locator):
+    """Where an element lies on the page; while it is drawn anew, it is nowhere for a moment."""
+    began = time.monotonic()
+    while (box := locator.bounding_box()) is None:
+        assert time.monotonic() - began < PATIENCE
+    return box
+
+
 def says(page, selector, text):
     page.locator(selector, has_text=text).wait_for()
 
@@ -99,7 +107,7 @@ class MapPicture:
     def on_page(self, column, row):
         """Where a pixel of the whole picture is on the page, enlarged or not."""
         self._page.locator("#map").scroll_into_view_if_needed()
-        box = self._page.locator("#map img").bounding_box()
+        box = box_of(self._page.locator("#map img"))
         return (
             box["x"] + column / self._view["width"] * box["width"],
             box["y"] + row / self._view["height"] * box["height"],
@@ -117,6 +125,6 @@ class MapPicture:
 
     def seen_at(self, x, y):
         """The place that is seen at a point of the page [m]."""
-        box = self._page.locator("#map img").bounding_box()
+        box = box_of(self._page.locator("#map img"))
         share = np.array([(x - box["x"]) / box["width"], (y - box["y"]) / box["height"]])
         return self.on_floor(*share * [self._view["width"], self._view["height"]])

@@ -6,7 +6,7 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.helpers.browsing import says, take_lease, until
+from tests.helpers.browsing import box_of, says, take_lease, until
 from tests.helpers.cut_line import Line
 from vizbot.operator.api.console_routes import FILES
 from vizbot.operator.api.server import Server
@@ -25,7 +25,7 @@ def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):
 
 def knob(page):
     """Whether the stick's knob is right (1) or left (-1), and below (1) or above (-1)."""
-    stick, knob = (page.locator(part).bounding_box() for part in ("#stick", "#knob"))
+    stick, knob = (box_of(page.locator(part)) for part in ("#stick", "#knob"))
     return tuple(
         round(np.sign(round(knob[at] + knob[size] / 2 - stick[at] - stick[size] / 2)))
         for at, size in (("x", "width"), ("y", "height"))
@@ -73,7 +73,7 @@ def test_the_stick_drives_while_it_is_held_and_leaving_the_page_stops(page, robo
     page.get_by_role("button", name="Slow").click()
     stick = page.locator("#stick")
     stick.scroll_into_view_if_needed()
-    box = stick.bounding_box()
+    box = box_of(stick)
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     page.mouse.move(x, y)
     page.mouse.down()
@@ -283,7 +283,7 @@ def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_pat
         assert page.url == f"{url}/"
         page = open_page(url)
         page.get_by_label("This robot answers only").fill(server.token)
-        use, stop = (page.locator(part).bounding_box() for part in ("#token-form button", "#stop"))
+        use, stop = (box_of(page.locator(part)) for part in ("#token-form button", "#stop"))
         assert use["x"] + use["width"] < stop["x"]
         page.get_by_role("button", name="Use it").click()
         page.locator("#link.live").wait_for()
@@ -323,7 +323,7 @@ def test_a_phone_held_upright_has_all_in_its_width_and_stop_at_the_thumb(open_pa
     page.get_by_alt_text("The map of the floor").wait_for()
     take_lease(page)
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
-    stop, stick = (page.locator(name).bounding_box() for name in ("#stop", "#stick"))
+    stop, stick = (box_of(page.locator(name)) for name in ("#stop", "#stick"))
     assert stop["y"] + stop["height"] <= height and stop["width"] > 300 and stop["height"] > 60
     assert stick["y"] + stick["height"] <= stop["y"]
 

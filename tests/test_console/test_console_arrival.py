@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.helpers.browsing import says, until
+from tests.helpers.browsing import box_of, says, until
 from vizbot.core.errors import ConfigError
 from vizbot.operator.figures.image_encoding import jpeg
 
@@ -95,8 +95,8 @@ def test_a_small_phone_has_room_for_the_question(open_page, server, robot, snaps
     until(page, lambda: page.locator("#arrival-picture").evaluate("one => one.naturalWidth") == 400)
     snapshot(page, f"arrival-phone-{scheme}")
     assert page.evaluate("document.documentElement.scrollWidth") <= 320
-    answers = [page.locator(name).bounding_box() for name in ("#arrival-yes", "#arrival-no")]
-    stop = page.locator("#stop").bounding_box()
+    answers = [box_of(page.locator(name)) for name in ("#arrival-yes", "#arrival-no")]
+    stop = box_of(page.locator("#stop"))
     for answer in answers:
         assert min(answer["width"], answer["height"]) >= 44
         assert answer["y"] + answer["height"] <= stop["y"]
@@ -111,4 +111,4 @@ def test_on_a_wide_screen_the_question_stands_beside_the_pictures(
     says(page, "#arrival-title", TITLE)
     until(page, lambda: page.locator("#arrival-picture").evaluate("one => one.naturalWidth") == 400)
     snapshot(page, "arrival-desktop")
-    assert page.locator("#arrival").bounding_box()["x"] > 800
+    assert box_of(page.locator("#arrival"))["x"] > 800

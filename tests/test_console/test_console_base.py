@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.helpers.browsing import says, take_lease, until
+from tests.helpers.browsing import box_of, says, take_lease, until
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode, Charging
 
@@ -103,5 +103,5 @@ def test_the_log_tells_in_words_alone_and_a_phone_has_room_for_them(open_page, s
     line.wait_for()
     assert line.locator("> *").count() == 2
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
-    text = line.locator("span").bounding_box()
+    text = box_of(line.locator("span"))
     assert text["width"] > 150 and text["x"] + text["width"] <= 360

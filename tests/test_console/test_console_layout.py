@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.browsing import says, take_lease, until
+from tests.helpers.browsing import box_of, says, take_lease, until
 from vizbot.core.observer import Outcome
 
 PHONES = {
@@ -136,7 +136,7 @@ def test_a_picture_that_is_shown_larger_pushes_nothing_under_stop(console, size)
 @pytest.mark.parametrize("size", ["across", "small-across"])
 def test_on_a_phone_held_across_the_question_stands_beside_stop(console, size):
     page = console()
-    stop, ask = (page.locator(part).bounding_box() for part in ("#stop", ".ask"))
+    stop, ask = (box_of(page.locator(part)) for part in ("#stop", ".ask"))
     assert 0 < stop["x"] - (ask["x"] + ask["width"]) < 30
     assert stop["width"] >= 96 and stop["height"] > 300
     assert stop["y"] < ask["y"] < stop["y"] + stop["height"]
@@ -147,10 +147,10 @@ def test_a_wide_screen_shows_camera_and_map_side_by_side_in_its_whole_width(cons
     page = console()
     width, height = SIZES[size]
     camera, floor = (
-        page.locator(part).bounding_box() for part in ("figure[data-picture=colour] img", "#map")
+        box_of(page.locator(part)) for part in ("figure[data-picture=colour] img", "#map")
     )
     assert camera["y"] == floor["y"] and camera["width"] == floor["width"]
     assert camera["width"] > 0.4 * (width - 400)
     assert floor["y"] + floor["height"] < height
-    stop = page.locator("#stop").bounding_box()
+    stop = box_of(page.locator("#stop"))
     assert camera["x"] < 20 and width - 20 < stop["x"] + stop["width"] <= width

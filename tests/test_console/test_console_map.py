@@ -4,7 +4,7 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.helpers.browsing import MapPicture, says, stand_in, understood, until
+from tests.helpers.browsing import MapPicture, box_of, says, stand_in, understood, until
 from vizbot.core.observer import Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
 
@@ -57,7 +57,7 @@ def test_the_mark_of_a_place_lies_under_the_finger_and_stays_there_as_the_map_gr
 ):
     page.mouse.click(*picture.on_page(300, 120))
     mark = page.locator("#overlay .chosen:not(.halo)")
-    box = mark.bounding_box()
+    box = box_of(mark)
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     assert np.abs(np.subtract(middle, picture.on_page(300, 120))).max() < 1.5
     before = mark.get_attribute("transform")

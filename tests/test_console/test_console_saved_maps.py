@@ -4,7 +4,7 @@ import httpx
 import pytest
 
 from mapping import map_bundle
-from tests.helpers.browsing import says, until
+from tests.helpers.browsing import box_of, says, until
 from tests.helpers.bundles import bundle_of, names_in
 
 
@@ -102,5 +102,5 @@ def test_on_a_small_phone_all_of_it_fits_in_the_width(open_page, maps, server):
     page.get_by_label("New name of attic").wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 320
     for button in page.locator("#maps button").all():
-        box = button.bounding_box()
+        box = box_of(button)
         assert box["height"] >= 44 and box["x"] >= 0 and box["x"] + box["width"] <= 320

@@ -4,7 +4,7 @@ from contextlib import closing
 
 import pytest
 
-from tests.helpers.browsing import says, stand_in, take_lease, understood, until
+from tests.helpers.browsing import box_of, says, stand_in, take_lease, understood, until
 from tests.helpers.cut_line import Line
 from vizbot.operator.api import sockets
 
@@ -111,20 +111,20 @@ def test_stop_is_seen_while_a_keyboard_covers_half_of_the_page(open_page, server
     assert "interactive-widget=resizes-content" in meta
     page.locator("#link.live").wait_for()
     stop = page.locator("#stop")
-    before = stop.bounding_box()
+    before = box_of(stop)
     half = height // 2
     for event, above in (("resize", 0), ("scroll", 200)):
         page.evaluate(
             f"Object.assign(seen, {{ height: {half}, offsetTop: {above} }});"
             f"seen.dispatchEvent(new Event('{event}')); null"
         )
-        box = stop.bounding_box()
+        box = box_of(stop)
         assert above <= box["y"] and box["y"] + box["height"] <= above + half
     page.evaluate(
         "Object.assign(seen, { height: innerHeight, offsetTop: 0 });"
         "seen.dispatchEvent(new Event('resize')); null"
     )
-    assert stop.bounding_box() == before
+    assert box_of(stop) == before
 
 
 def test_a_second_finger_stops_it_while_the_first_drives(open_page, server, robot):
@@ -139,7 +139,7 @@ def test_a_second_finger_stops_it_while_the_first_drives(open_page, server, robo
         touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
 
     def middle(selector):
-        box = page.locator(selector).bounding_box()
+        box = box_of(page.locator(selector))
         return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
     x, y = middle("#stick")

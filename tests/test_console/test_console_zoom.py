@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.boxes import ASKEW_MIDDLE, askew_room
-from tests.helpers.browsing import MapPicture, says, stand_in, until
+from tests.helpers.browsing import MapPicture, box_of, says, stand_in, until
 from vizbot.objectnav.tasks import Waypoint
 
 ANGLE = 0.4
@@ -42,7 +42,7 @@ def went(page, robot):
 
 
 def width(page):
-    return page.locator("#map img").bounding_box()["width"]
+    return box_of(page.locator("#map img"))["width"]
 
 
 def enlarge(page, picture, at, times=3):
@@ -74,7 +74,7 @@ def test_marks_lie_on_a_turned_map_where_they_are(page, turned, robot):
     )
     robot.session.log.write("map", "another line")  # it is read anew
     says(page, "#overlay .room", "study")
-    box = page.locator("#overlay .room").bounding_box()
+    box = box_of(page.locator("#overlay .room"))
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     np.testing.assert_allclose(turned.seen_at(*middle), ASKEW_MIDDLE, atol=3 * turned.pixel)
 
@@ -99,7 +99,7 @@ def test_a_zone_is_upright_on_a_turned_map(page, turned, robot):
     assert all(np.linalg.norm(zone - corner, axis=1).min() < turned.pixel for corner in expected)
     size = f"{150 * turned.pixel:.1f} m by {90 * turned.pixel:.1f} m"
     says(page, "#zones", size)
-    box = page.locator("#overlay .zone").bounding_box()
+    box = box_of(page.locator("#overlay .zone"))
     low, high = turned.on_page(150, 150), turned.on_page(300, 240)
     found = [box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"]]
     np.testing.assert_allclose(found, [*low, *high], atol=3)
@@ -111,7 +111,7 @@ def test_the_wheel_enlarges_about_the_pointer_and_a_click_goes_where_it_points(p
     np.testing.assert_allclose(turned.seen_at(x, y), before, atol=turned.pixel)
     expected = turned.seen_at(x + 60, y - 40)
     page.mouse.click(x + 60, y - 40)
-    mark = page.locator("#overlay .chosen:not(.halo)").bounding_box()
+    mark = box_of(page.locator("#overlay .chosen:not(.halo)"))
     middle = [mark["x"] + mark["width"] / 2, mark["y"] + mark["height"] / 2]
     np.testing.assert_allclose(middle, [x + 60, y - 40], atol=1.5)
     np.testing.assert_allclose(went(page, robot), expected, atol=turned.pixel / 2)
@@ -138,7 +138,7 @@ def test_a_map_stays_in_its_frame(page, picture):
     x, y = enlarge(page, picture, (240, 180))
     for way in (2000, -2000):
         drag(page, (x, y), (x + way, y + way))
-        image, frame = (page.locator(part).bounding_box() for part in ("#map img", "#map"))
+        image, frame = (box_of(page.locator(part)) for part in ("#map img", "#map"))
         for start, size in (("x", "width"), ("y", "height")):
             assert image[start] <= frame[start] + 0.5
             assert image[start] + image[size] >= frame[start] + frame[size] - 0.5
@@ -164,10 +164,10 @@ def test_the_bar_and_marks_keep_their_size_while_the_map_is_enlarged(page, pictu
     bar = page.locator("#overlay .scale:not(.halo)")
     page.mouse.click(*picture.on_page(240, 180))
     mark = page.locator("#overlay .chosen:not(.halo)")
-    size = mark.bounding_box()["width"]
+    size = box_of(mark)["width"]
     page.locator("#map").press("+")
     page.locator("#map").press("+")
-    assert mark.bounding_box()["width"] == pytest.approx(size, abs=0.5)
+    assert box_of(mark)["width"] == pytest.approx(size, abs=0.5)
     metres = float(page.locator("#overlay .metres").text_content().removesuffix(" m"))
     pixels = bar.evaluate("bar => bar.getBBox().width")
     assert pixels * picture.pixel / 2.25 == pytest.approx(metres)
@@ -180,7 +180,7 @@ def test_the_cross_is_kept_in_the_part_that_is_shown(page, picture):
         page.keyboard.press("+")
     for _ in range(3):
         page.keyboard.press("Shift+ArrowRight")
-    cross, frame = (page.locator(part).bounding_box() for part in ("#overlay .cross.halo", "#map"))
+    cross, frame = (box_of(page.locator(part)) for part in ("#overlay .cross.halo", "#map"))
     middle = cross["x"] + cross["width"] / 2
     assert frame["x"] < middle < frame["x"] + frame["width"]
 

@@ -21,7 +21,7 @@ import httpx
 import pytest
 import typer
 
-from tests.helpers.browsing import MapPicture, chromium, says, take_lease, until
+from tests.helpers.browsing import MapPicture, box_of, chromium, says, take_lease, until
 from tests.helpers.checkout import ROOT
 
 HOME = "5"
@@ -155,7 +155,7 @@ class Studio:
 
     def _drive(self, page: Any, name: str) -> None:
         take_lease(page)
-        box = page.locator("#stick").bounding_box()
+        box = box_of(page.locator("#stick"))
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
         touch = page.context.new_cdp_session(page)
         held = {"x": x + 12, "y": y - 50}
