@@ -5,9 +5,11 @@ A result does not depend on the jobs before it, nor on how many there are.
 
 from __future__ import annotations
 
+import atexit
 import multiprocessing
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
@@ -100,6 +102,14 @@ def _begin() -> None:
     """Set up a process: Ctrl+C interrupts only the parent, and OpenCV gets one thread."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(1)
+    atexit.register(_end)
+
+
+def _end() -> None:
+    """End the process before Python takes the interpreter apart under threads in native code."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(0)
 
 
 @contextmanager
