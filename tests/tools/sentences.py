@@ -31,6 +31,9 @@ LEAST = {
     "fresh_fourth": 1.0,
     "fresh_fifth": 0.99,
     "fresh_sixth": 0.98,
+    "fresh_seventh": 0.0,
+    "fresh_eighth": 0.0,
+    "fresh_ninth": 0.0,
 }
 """Share of each table that must be right."""
 
