@@ -45,7 +45,8 @@ _FASTER = (
 _AGAIN = {
     "base": "unplug its cable and plug it in again",
     "camera": "unplug it and plug it in again",
-    "CLIP": "free memory, or name a smaller model with --clip",
+    "CLIP": "try again while this computer does nothing else, free memory, or name a smaller model"
+    " with --clip",
 }
 
 
