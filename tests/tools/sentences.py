@@ -64,19 +64,21 @@ def what_happens(sentence, language):
     session = OperatorSession()
     reply = Dialogue(session, EmptyMap(session), language=language).typed(sentence, "ann")
     asked = [task.text for task in session.queue.tasks()]
+    literal = language.grammar.literals(sentence)
     if reply.question is not None:
-        literal = language.grammar.literals(reply.meant)
         meant = language.grammar.typed(reply.meant)
-        if any(goal in literal for goal in goals_of(meant)):
+        if any(goal in language.grammar.literals(reply.meant) for goal in goals_of(meant)):
             return "ask", asked
         return f"offer: {', '.join(goals_of(understand(meant, language).command))}", asked
     if asked:
-        return f"go: {', '.join(map(language.grammar.without_article, asked))}", asked
+        plain = language.grammar.without_article
+        named = [text if text in literal else plain(text) for text in asked]
+        return f"go: {', '.join(named)}", asked
     command = language.grammar.typed(sentence)
     assert not isinstance(command, MISSIONS), "a mission that nobody queued"
     if command is None or isinstance(command, Decline):
         return "refuse", asked
-    command = understand(command, language, language.grammar.literals(sentence)).command
+    command = understand(command, language, literal).command
     goals = ", ".join(goals_of(command))
     return command_name(command) + (f": {goals}" if goals else ""), asked
 
@@ -87,8 +89,8 @@ def same(happened, wanted, language):
     def names(goal):
         return {*singulars(goal), *goals_of(understand(GoTo((goal,)), language).command)}
 
-    kind, _, goals = happened.partition(": ")
-    wanted_kind, _, wanted_goals = wanted.partition(": ")
+    kind, _, goals = happened.casefold().partition(": ")
+    wanted_kind, _, wanted_goals = wanted.casefold().partition(": ")
     pairs = zip(goals.split(", "), wanted_goals.split(", "), strict=False)
     alike = all({*singulars(one)} & names(other) for one, other in pairs)
     return kind == wanted_kind and alike and goals.count(", ") == wanted_goals.count(", ")
