@@ -4,8 +4,9 @@
 
 `building.tsv` and `german.tsv` were written beside the grammar, which must have all of them right.
 Tables by readers who have not seen the grammar lie beside them, in the same form:
-`fresh_first.tsv` to `fresh_sixth.tsv`. When they were first run 82, 69, 79, 93, 92 and 88 of them
-were right; the grammar has learned from all six.
+`fresh_first.tsv` to `fresh_ninth.tsv`. When they were first run 82, 69, 79, 93, 92, 88, 95, 93 and
+91 of them were right as written, of the last three 97, 95 and 94 with the notation of a turn around
+mended; the grammar has learned from all nine.
 """
 
 from pathlib import Path
@@ -25,15 +26,15 @@ FOLDER = Path(__file__).resolve().parents[1] / "test_voice" / "sentences"
 LEAST = {
     "building": 1.0,
     "german": 1.0,
-    "fresh_first": 0.99,
-    "fresh_second": 0.99,
-    "fresh_third": 0.99,
+    "fresh_first": 1.0,
+    "fresh_second": 1.0,
+    "fresh_third": 1.0,
     "fresh_fourth": 1.0,
     "fresh_fifth": 0.99,
-    "fresh_sixth": 0.98,
-    "fresh_seventh": 0.0,
-    "fresh_eighth": 0.0,
-    "fresh_ninth": 0.0,
+    "fresh_sixth": 0.99,
+    "fresh_seventh": 1.0,
+    "fresh_eighth": 1.0,
+    "fresh_ninth": 1.0,
 }
 """Share of each table that must be right."""
 
