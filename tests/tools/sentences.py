@@ -35,6 +35,7 @@ LEAST = {
     "fresh_seventh": 1.0,
     "fresh_eighth": 1.0,
     "fresh_ninth": 1.0,
+    "fresh_tenth": 0.0,
 }
 """Share of each table that must be right."""
 
