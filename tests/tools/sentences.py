@@ -4,9 +4,9 @@
 
 `building.tsv` and `german.tsv` were written beside the grammar, which must have all of them right.
 Tables by readers who have not seen the grammar lie beside them, in the same form:
-`fresh_first.tsv` to `fresh_ninth.tsv`. When they were first run 82, 69, 79, 93, 92, 88, 95, 93 and
-91 of them were right as written, of the last three 97, 95 and 94 with the notation of a turn around
-mended; the grammar has learned from all nine.
+`fresh_first.tsv` to `fresh_tenth.tsv`. When they were first run 82, 69, 79, 93, 92, 88, 95, 93, 91
+and 94 of them were right as written, of the seventh to ninth 97, 95 and 94 with the notation of a
+turn around mended; the grammar has learned from all ten.
 """
 
 from pathlib import Path
@@ -35,7 +35,7 @@ LEAST = {
     "fresh_seventh": 1.0,
     "fresh_eighth": 1.0,
     "fresh_ninth": 1.0,
-    "fresh_tenth": 0.0,
+    "fresh_tenth": 1.0,
 }
 """Share of each table that must be right."""
 

@@ -84,7 +84,10 @@ class ClauseReader:
         self._amount = re.compile(rf"\d|\b(?:{either(language['units'])})\b")
         self._retracts = re.compile(rf"\b(?:{either(remarks['retracts'])})\b")
         self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
-        self._request = re.compile(rf",?(?={maker.part('requests')}(?: |$))")
+        requests = rf"{maker.part('requests')}(?= |$)"
+        self._request = re.compile(
+            rf"(?P<question>{maker.part('questions')}{requests})|,?(?={requests})"
+        )
         self._corrected = re.compile(
             rf"(?:,?{pause})*,?(?P<marker>{marker})(?:,?(?:{marker}|{pause}))*,? (?=\S)"
         )
@@ -187,7 +190,8 @@ class ClauseReader:
     def _clauses(self, polished: str, literals: Sequence[str]) -> list[str]:
         """A line cut at its commas, before what corrects it, and before each order."""
         corrected = self._corrected.sub(self._cut, f" {polished}")
-        clauses = tidy(self._request.sub(", ", corrected)).split(", ")
+        cut = self._request.sub(lambda found: found["question"] or ", ", corrected)
+        clauses = tidy(cut).split(", ")
         return [part for clause in clauses for part in self._parts(clause, literals)]
 
     def _cut(self, found: re.Match[str]) -> str:

@@ -64,6 +64,7 @@ class StepSplitter:
         }
         spellings, imperatives = either(language["spellings"]), either(language["imperatives"])
         self._function_words = tuple(words["function_words"])
+        self._no_slips = {*self._function_words, *words["no_slips"]}
         self._misspelt = re.compile(rf"(?<![\w'-])(?:{spellings})(?![\w'-])")
         verbal = either(words["before_imperatives"])
         self._verbal = re.compile(rf"\b(?P<before>{verbal}) (?P<verb>{imperatives})\b")
@@ -166,7 +167,7 @@ class StepSplitter:
     def _right(self, word: str) -> str:
         """The word, or the function word that it is written almost like."""
         right = (other for other in self._function_words if _is_slip(word, other))
-        return word if word in self._function_words else next(right, word)
+        return word if word in self._no_slips else next(right, word)
 
     def _in_usual_words(self, way: str) -> str:
         """The same with the usual verb, and without directions before the words for a place."""
