@@ -36,6 +36,7 @@ LEAST = {
     "fresh_eighth": 1.0,
     "fresh_ninth": 1.0,
     "fresh_tenth": 1.0,
+    "fresh_eleventh": 0.0,
 }
 """Share of each table that must be right."""
 
