@@ -4,9 +4,9 @@
 
 `building.tsv` and `german.tsv` were written beside the grammar, which must have all of them right.
 Tables by readers who have not seen the grammar lie beside them, in the same form:
-`fresh_first.tsv` to `fresh_tenth.tsv`. When they were first run 82, 69, 79, 93, 92, 88, 95, 93, 91
-and 94 of them were right as written, of the seventh to ninth 97, 95 and 94 with the notation of a
-turn around mended; the grammar has learned from all ten.
+`fresh_first.tsv` to `fresh_eleventh.tsv`. When they were first run 82, 69, 79, 93, 92, 88, 95, 93,
+91, 94 and 99 of them were right as written, of the seventh to ninth 97, 95 and 94 with the notation
+of a turn around mended; the grammar has learned from the first ten.
 """
 
 from pathlib import Path
@@ -36,7 +36,7 @@ LEAST = {
     "fresh_eighth": 1.0,
     "fresh_ninth": 1.0,
     "fresh_tenth": 1.0,
-    "fresh_eleventh": 0.0,
+    "fresh_eleventh": 0.99,
 }
 """Share of each table that must be right."""
 
