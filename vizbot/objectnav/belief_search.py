@@ -2,7 +2,8 @@
 
 Every step compares what may end the search: going to a place that may be what is asked for, and
 seeing what lies behind a frontier. Each is worth its probability over the way that it takes. The
-robot says that it has arrived where a place near by, seen from near, is believed enough.
+robot says that it has arrived where a place near by, seen from near, is believed enough; what it is
+not certain of it looks at from another spot first.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
+MOST_ROUND = 3.0
+"""Longest way to another spot for a place that is nearly believed [m]."""
 REFUTED = 0.05
 """Factor of the probability of a place of which somebody has said that it is not it."""
 _ON_SPOT = 0.25
@@ -52,12 +55,14 @@ class _Aim:
         xy: (2,) where that is, in `map` [m].
         spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
         looking: Steps for which the robot has stood before it, facing it.
+        sure: Probability that a place which the robot is sure of has to have in the end.
     """
 
     kind: str
     xy: NDArray[np.float64]
     spot_xy: NDArray[np.float64] | None = None
     looking: int = 0
+    sure: float = 1.0
 
 
 class BeliefSearch:
@@ -180,9 +185,15 @@ class BeliefSearch:
         self, belief: PlaceBelief, sure: float, costmap: Costmap, T_map_base: SE3
     ) -> Decision | None:
         """Go up to what the robot is sure of near by, look, and stop; None where it is not sure."""
-        kept = sure * HELD if self._aim is not None and self._aim.kind == "stop" else sure
+        kept, aim = sure, self._aim
+        if aim is not None and aim.kind == "stop":
+            sure = min(sure, aim.sure)
+            kept = sure * HELD
         rows, columns = np.nonzero(belief.probabilities >= kept)
         places_xy, here = belief.xy(rows, columns), T_map_base[:2, 3]
+        going_round = self._go_round(places_xy, costmap, T_map_base)
+        if going_round is not None:
+            return going_round
         near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
         probabilities = belief.probabilities[rows, columns]
         for i in np.flatnonzero(near)[np.argsort(-probabilities[near])]:
@@ -197,9 +208,8 @@ class BeliefSearch:
                     break
             else:
                 continue
-            aim = self._aim
             if aim is None or not self._aims_at("stop", xy):
-                aim = self._aim = _Aim("stop", xy)
+                aim = self._aim = _Aim("stop", xy, sure=sure)
             self._previous = navigation
             if not navigation.arrived:
                 why = f"{probabilities[i]:.0%} sure of what is near by"
@@ -207,9 +217,42 @@ class BeliefSearch:
             aim.looking += 1
             if aim.looking <= LOOK_STEPS:
                 return Decision(STOP, "making sure", navigation)
-            self.answer_xy = xy
-            reason = f"{probabilities[i]:.0%} sure, from near by"
-            return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
+            one_look = probabilities[i] >= self._search.certain or self._parts.most_looks == 1
+            enough = one_look or bool(self._looks.counts(xy[None])[0])
+            self._looks.add(xy, here)
+            spot_xy = None if enough else self._spot_near_by(xy, costmap)
+            if spot_xy is None and probabilities[i] >= sure:
+                self.answer_xy = xy
+                reason = f"{probabilities[i]:.0%} sure, from near by"
+                return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
+            self._aim = None if spot_xy is None else _Aim("stop", xy, spot_xy, sure=sure)
+            return self._go_round(places_xy, costmap, T_map_base)
+        return None
+
+    def _spot_near_by(
+        self, xy: NDArray[np.float64], costmap: Costmap
+    ) -> NDArray[np.float64] | None:
+        """Another spot that shows a place and is not far; None without one."""
+        way, spot_xy = self._other_spot(xy, costmap)
+        return spot_xy if way <= MOST_ROUND else None
+
+    def _go_round(
+        self, places_xy: NDArray[np.float64], costmap: Costmap, T_map_base: SE3
+    ) -> Decision | None:
+        """Look at what is nearly believed from the other spot; None where none waits for that."""
+        aim = self._aim
+        if aim is None or aim.kind != "stop" or aim.spot_xy is None:
+            return None
+        if (np.linalg.norm(places_xy - aim.xy, axis=1) <= APART).any():
+            navigation = self._to_spot(aim.xy, aim.spot_xy, costmap, T_map_base)
+            if navigation is not None and not navigation.arrived:
+                self._previous = navigation
+                why = "it looks right; from another side it tells more"
+                return Decision(navigation.twist, "looking closer", navigation, why=why)
+            aim.looking += 1
+            if navigation is not None and aim.looking <= LOOK_STEPS:
+                return Decision(STOP, "making sure", navigation)
+        aim.spot_xy, aim.looking = None, 0
         return None
 
     @property
@@ -303,15 +346,26 @@ class BeliefSearch:
         if aim is None or not self._aims_at(option.kind, option.xy):
             aim = self._aim = _Aim(option.kind, option.xy)
         aim.xy, aim.spot_xy = option.xy, option.spot_xy
-        reach, target = self.REACH, option.xy
+        if option.spot_xy is not None:
+            return self._to_spot(option.xy, option.spot_xy, costmap, T_map_base)
+        reach = self.REACH
         if option.kind == "frontier":
             reach = Reach(distance=self._config.frontier.stand_off, extent=costmap.grid.resolution)
-        elif option.spot_xy is not None:
-            if np.linalg.norm(option.spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
-                target, reach = option.spot_xy, Reach(distance=_ON_SPOT, extent=0.05)
-            else:
-                reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
-        return self._navigate(target, reach, costmap, T_map_base)
+        return self._navigate(option.xy, reach, costmap, T_map_base)
+
+    def _to_spot(
+        self,
+        xy: NDArray[np.float64],
+        spot_xy: NDArray[np.float64],
+        costmap: Costmap,
+        T_map_base: SE3,
+    ) -> Navigation | None:
+        """The way to a spot, or on it the turn towards the place that it shows."""
+        if np.linalg.norm(spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
+            reach = Reach(distance=_ON_SPOT, extent=0.05)
+            return self._navigate(spot_xy, reach, costmap, T_map_base)
+        reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
+        return self._navigate(xy, reach, costmap, T_map_base)
 
     def _aims_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
         """Whether this is what the robot does now; as more is seen, the point of it moves."""
