@@ -20,7 +20,7 @@ from mapping.clip.weights import fitted_weights
 from nav.config import Reach
 from nav.costmap import Costmap, LiveCostmap
 from nav.frontier import FrontierSearch
-from nav.goal_region import sees
+from nav.goal_region import fronts, sees
 from nav.navigator import GoalPoints, Navigation, navigate
 from nav.way_field import WayField
 from vizbot.config import Config
@@ -54,6 +54,7 @@ class _Aim:
         kind: "place", "frontier", or "stop" for a place that the robot is sure of.
         xy: (2,) where that is, in `map` [m].
         spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
+        seen_from: (2,) as of `Option`.
         looking: Steps for which the robot has stood before it, facing it.
         sure: Probability that a place which the robot is sure of has to have in the end.
     """
@@ -61,6 +62,7 @@ class _Aim:
     kind: str
     xy: NDArray[np.float64]
     spot_xy: NDArray[np.float64] | None = None
+    seen_from: NDArray[np.float64] | None = None
     looking: int = 0
     sure: float = 1.0
 
@@ -75,9 +77,8 @@ class BeliefSearch:
     LOOK_WAY: ClassVar = {"place": 0.5, "frontier": 2.0}
     """What looking costs once the robot is there, as a length of way [m]."""
     REACH = Reach(distance=1.3, extent=0.6)
-    """From where a place is looked at."""
-    CLOSE = Reach(distance=0.9, extent=0.6)
-    """From where it has arrived, if there is room."""
+    """From where a place is looked at, and has been arrived at. From nearer the camera loses what
+    lies on the floor, or hangs on a wall."""
     CLOSING = 2.0
     """Distance of a believed place that the robot goes up to before anything else [m]."""
 
@@ -190,23 +191,22 @@ class BeliefSearch:
             sure = min(sure, aim.sure)
             kept = sure * HELD
         rows, columns = np.nonzero(belief.probabilities >= kept)
-        places_xy, here = belief.xy(rows, columns), T_map_base[:2, 3]
+        places_xy, seen_from = belief.xy(rows, columns), belief.seen_from[rows, columns]
+        here, resolution = T_map_base[:2, 3], costmap.grid.resolution
         going_round = self._go_round(places_xy, costmap, T_map_base)
         if going_round is not None:
             return going_round
         near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
+        fronts_xy, in_front = fronts(costmap, places_xy, seen_from, self.REACH.extent)
         probabilities = belief.probabilities[rows, columns]
         for i in np.flatnonzero(near)[np.argsort(-probabilities[near])]:
             xy = places_xy[i]
-            if not sees(costmap, here, xy, self.REACH.extent):
+            if not (in_front[i] and sees(costmap, here, fronts_xy[i], resolution)):
                 continue
             if probabilities[i] < sure and not self._aims_at("stop", xy):
                 continue
-            for reach in (self.CLOSE, self.REACH):
-                navigation = self._navigate(xy, reach, costmap, T_map_base)
-                if navigation is not None and navigation.distance <= self.CLOSING:
-                    break
-            else:
+            navigation = self._navigate(xy, self.REACH, costmap, T_map_base, seen_from[i])
+            if navigation is None or navigation.distance > self.CLOSING:
                 continue
             if aim is None or not self._aims_at("stop", xy):
                 aim = self._aim = _Aim("stop", xy, sure=sure)
@@ -220,20 +220,22 @@ class BeliefSearch:
             one_look = probabilities[i] >= self._search.certain or self._parts.most_looks == 1
             enough = one_look or bool(self._looks.counts(xy[None])[0])
             self._looks.add(xy, here)
-            spot_xy = None if enough else self._spot_near_by(xy, costmap)
+            spot_xy = None if enough else self._spot_near_by(xy, seen_from[i], costmap)
             if spot_xy is None and probabilities[i] >= sure:
                 self.answer_xy = xy
                 reason = f"{probabilities[i]:.0%} sure, from near by"
                 return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
-            self._aim = None if spot_xy is None else _Aim("stop", xy, spot_xy, sure=sure)
+            self._aim = None
+            if spot_xy is not None:
+                self._aim = _Aim("stop", xy, spot_xy, seen_from[i], sure=sure)
             return self._go_round(places_xy, costmap, T_map_base)
         return None
 
     def _spot_near_by(
-        self, xy: NDArray[np.float64], costmap: Costmap
+        self, xy: NDArray[np.float64], seen_from: NDArray[np.float64], costmap: Costmap
     ) -> NDArray[np.float64] | None:
         """Another spot that shows a place and is not far; None without one."""
-        way, spot_xy = self._other_spot(xy, costmap)
+        way, spot_xy = self._other_spot(xy, seen_from, costmap)
         return spot_xy if way <= MOST_ROUND else None
 
     def _go_round(
@@ -244,7 +246,7 @@ class BeliefSearch:
         if aim is None or aim.kind != "stop" or aim.spot_xy is None:
             return None
         if (np.linalg.norm(places_xy - aim.xy, axis=1) <= APART).any():
-            navigation = self._to_spot(aim.xy, aim.spot_xy, costmap, T_map_base)
+            navigation = self._to_spot(aim, costmap, T_map_base)
             if navigation is not None and not navigation.arrived:
                 self._previous = navigation
                 why = "it looks right; from another side it tells more"
@@ -281,7 +283,8 @@ class BeliefSearch:
         rows, columns = np.nonzero(belief.probabilities >= least)
         if len(rows):
             places_xy = belief.xy(rows, columns)
-            navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base)
+            seen_from = belief.seen_from[rows, columns]
+            navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base, seen_from)
             if navigation is not None and not navigation.arrived:
                 self._previous = navigation
                 return Decision(navigation.twist, "going back", navigation)
@@ -297,25 +300,32 @@ class BeliefSearch:
         left = np.where(
             looks < self._parts.most_looks, probabilities * self._search.doubt**looks, 0.0
         )
+        seen_from = belief.seen_from[rows, columns]
+        fronts_xy, in_front = fronts(costmap, places_xy, seen_from, self.REACH.extent)
         options: list[Option] = []
         for _ in range(MOST_CANDIDATES):
             if len(left) == 0 or left.max() < LEAST:
                 break
             best = int(np.argmax(left))
             xy, probability, spot = places_xy[best], float(left[best]), None
+            side = seen_from[best] if in_front[best] else None
             if looks[best] == 0:
-                way = float(self._ways.costs(xy[None], self.REACH.distance)[0])
+                to_xy = fronts_xy[best] if in_front[best] else xy
+                way = float(self._ways.costs(to_xy[None], self.REACH.distance)[0])
             else:
-                way, spot = self._other_spot(xy, costmap)
+                way, spot = self._other_spot(xy, side, costmap)
             if np.isfinite(way):
-                options.append(Option("place", xy, probability, way, spot))
+                options.append(Option("place", xy, probability, way, spot, side))
             left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
         return options
 
     def _other_spot(
-        self, xy: NDArray[np.float64], costmap: Costmap
+        self,
+        xy: NDArray[np.float64],
+        seen_from: NDArray[np.float64] | None,
+        costmap: Costmap,
     ) -> tuple[float, NDArray[np.float64] | None]:
-        """The way to a spot that shows a place from another side, and the spot; inf without one."""
+        """The way to a spot that shows a place from elsewhere, and the spot; inf without one."""
         aim = self._aim
         if (
             aim is not None
@@ -324,10 +334,14 @@ class BeliefSearch:
             and np.isfinite(way := float(self._ways.costs(aim.spot_xy[None])[0]))
         ):
             return way, aim.spot_xy
+        shown_xy, extent = xy, self.REACH.extent
+        if seen_from is not None:
+            shown_xy = fronts(costmap, xy[None], seen_from[None], extent)[0][0]
+            extent = costmap.grid.resolution
         around = self._looks.other_spots(xy)
         ways = self._ways.costs(around)
         for i in np.argsort(ways):
-            if np.isfinite(ways[i]) and sees(costmap, around[i], xy, self.REACH.extent):
+            if np.isfinite(ways[i]) and sees(costmap, around[i], shown_xy, extent):
                 return float(ways[i]), around[i]
         return np.inf, None
 
@@ -345,27 +359,22 @@ class BeliefSearch:
         aim = self._aim
         if aim is None or not self._aims_at(option.kind, option.xy):
             aim = self._aim = _Aim(option.kind, option.xy)
-        aim.xy, aim.spot_xy = option.xy, option.spot_xy
+        aim.xy, aim.spot_xy, aim.seen_from = option.xy, option.spot_xy, option.seen_from
         if option.spot_xy is not None:
-            return self._to_spot(option.xy, option.spot_xy, costmap, T_map_base)
+            return self._to_spot(aim, costmap, T_map_base)
         reach = self.REACH
         if option.kind == "frontier":
             reach = Reach(distance=self._config.frontier.stand_off, extent=costmap.grid.resolution)
-        return self._navigate(option.xy, reach, costmap, T_map_base)
+        return self._navigate(option.xy, reach, costmap, T_map_base, option.seen_from)
 
-    def _to_spot(
-        self,
-        xy: NDArray[np.float64],
-        spot_xy: NDArray[np.float64],
-        costmap: Costmap,
-        T_map_base: SE3,
-    ) -> Navigation | None:
-        """The way to a spot, or on it the turn towards the place that it shows."""
-        if np.linalg.norm(spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
+    def _to_spot(self, aim: _Aim, costmap: Costmap, T_map_base: SE3) -> Navigation | None:
+        """The way to the spot of an aim, or on it the turn towards the place that it shows."""
+        assert aim.spot_xy is not None
+        if np.linalg.norm(aim.spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
             reach = Reach(distance=_ON_SPOT, extent=0.05)
-            return self._navigate(spot_xy, reach, costmap, T_map_base)
+            return self._navigate(aim.spot_xy, reach, costmap, T_map_base)
         reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
-        return self._navigate(xy, reach, costmap, T_map_base)
+        return self._navigate(aim.xy, reach, costmap, T_map_base, aim.seen_from)
 
     def _aims_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
         """Whether this is what the robot does now; as more is seen, the point of it moves."""
@@ -373,12 +382,18 @@ class BeliefSearch:
         return aim is not None and aim.kind == kind and bool(np.linalg.norm(aim.xy - xy) <= APART)
 
     def _navigate(
-        self, goals_xy: NDArray[np.float64], reach: Reach, costmap: Costmap, T_map_base: SE3
+        self,
+        goals_xy: NDArray[np.float64],
+        reach: Reach,
+        costmap: Costmap,
+        T_map_base: SE3,
+        seen_from: NDArray[np.float64] | None = None,
     ) -> Navigation | None:
         """The way to the point, or to the nearest of the points; None without one."""
+        side = None if seen_from is None else seen_from.reshape(-1, 2)
         return navigate(
             costmap,
-            GoalPoints(goals_xy),
+            GoalPoints(goals_xy.reshape(-1, 2), seen_from=side),
             T_map_base,
             reach,
             self._config.navigator,

@@ -168,7 +168,7 @@ class BeliefMind:
         """What to do in this step."""
         places = self._places
         belief = self._search.belief_of(self._goal, self._question).update(
-            self._map.embeddings, self._statistics, places.rows, places.places(_POSES), places.moved
+            self._map.embeddings, self._statistics, places.rows, places.placed(_POSES)
         )
         belief = self._search.unless_refuted(self._goal, belief)
         return self._search.go(self._goal, belief, grid, T_map_base)
