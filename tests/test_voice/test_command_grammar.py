@@ -264,6 +264,17 @@ def test_a_thing_that_is_written_wrong_is_not_left_out():
     assert parse_typed("go forward, about a metre") != parse_typed("go forward")
 
 
+@pytest.mark.parametrize("slip", ["plese", "plaese", "plesae", "pleas", "pleease"])
+def test_a_slip_of_the_fingers_in_a_function_word_is_read(slip):
+    assert parse_typed(f"{slip} go to the sofa") == GoTo(("sofa",))
+    assert parse_typed(f"do not {slip} go to the sofa") == Decline(Reason.NOT)
+
+
+@pytest.mark.parametrize("line", ["pleased go to the sofa", "go to the sofa untill I come"])
+def test_another_word_is_no_slip_and_a_slip_still_sets_terms(line):
+    assert not isinstance(parse_typed(line), MISSIONS)
+
+
 @pytest.mark.parametrize("code", languages())
 def test_no_name_holds_a_word_of_what_is_told(code):
     language = load_language(code)

@@ -38,6 +38,25 @@ def test_parts_have_names():
     assert reads("take <me> home", "take us home", me="me|us")
 
 
+def test_a_pattern_tells_what_it_begins_with_and_what_is_in_all_that_it_reads():
+    pattern = read_pattern("[please] (go|drive) [over] to {goal}", {})
+    assert pattern.first_words() == {"please", "go", "drive"}
+    assert pattern.marks() == ({"go", "drive"}, {"to"})
+    assert read_pattern("{goal} please", {}).first_words() == {"{goal}"}
+    assert read_pattern("[please|now]", {}).first_words() == {"please", "now", ""}
+
+
+@pytest.mark.parametrize("code", languages())
+def test_no_rule_passes_over_what_its_pattern_says(code):
+    rng = random.Random(0)
+    for rule in load_language(code).grammar.rules:
+        for _ in range(20):
+            slots = {"goal": "sofa", "number": "2", "unit": "m", "word": "could", "rest": "so far"}
+            line = rule.pattern.sentence(slots, rng).casefold()
+            assert rule.fits(line.split(" ")), line
+            assert rule.read(line) is not None, line
+
+
 @pytest.mark.parametrize("pattern", ["(go", "go)", "[go)", "{thing}", "<home>"])
 def test_what_is_no_pattern_is_refused(pattern):
     with pytest.raises(ValueError, match=r"missing|closes nothing|no slot|no part"):

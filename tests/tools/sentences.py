@@ -4,8 +4,9 @@
 
 `building.tsv` and `german.tsv` were written beside the grammar, which must have all of them right.
 Tables by readers who have not seen the grammar lie beside them, in the same form:
-`fresh_first.tsv` to `fresh_sixth.tsv`. When they were first run 82, 69, 79, 93, 92 and 88 of them
-were right; the grammar has learned from all six.
+`fresh_first.tsv` to `fresh_tenth.tsv`. When they were first run 82, 69, 79, 93, 92, 88, 95, 93, 91
+and 94 of them were right as written, of the seventh to ninth 97, 95 and 94 with the notation of a
+turn around mended; the grammar has learned from all ten.
 """
 
 from pathlib import Path
@@ -25,15 +26,16 @@ FOLDER = Path(__file__).resolve().parents[1] / "test_voice" / "sentences"
 LEAST = {
     "building": 1.0,
     "german": 1.0,
-    "fresh_first": 0.99,
-    "fresh_second": 0.99,
-    "fresh_third": 0.99,
+    "fresh_first": 1.0,
+    "fresh_second": 1.0,
+    "fresh_third": 1.0,
     "fresh_fourth": 1.0,
     "fresh_fifth": 0.99,
-    "fresh_sixth": 0.98,
-    "fresh_seventh": 0.0,
-    "fresh_eighth": 0.0,
-    "fresh_ninth": 0.0,
+    "fresh_sixth": 0.99,
+    "fresh_seventh": 1.0,
+    "fresh_eighth": 1.0,
+    "fresh_ninth": 1.0,
+    "fresh_tenth": 1.0,
 }
 """Share of each table that must be right."""
 
@@ -64,19 +66,21 @@ def what_happens(sentence, language):
     session = OperatorSession()
     reply = Dialogue(session, EmptyMap(session), language=language).typed(sentence, "ann")
     asked = [task.text for task in session.queue.tasks()]
+    literal = language.grammar.literals(sentence)
     if reply.question is not None:
-        literal = language.grammar.literals(reply.meant)
         meant = language.grammar.typed(reply.meant)
-        if any(goal in literal for goal in goals_of(meant)):
+        if any(goal in language.grammar.literals(reply.meant) for goal in goals_of(meant)):
             return "ask", asked
         return f"offer: {', '.join(goals_of(understand(meant, language).command))}", asked
     if asked:
-        return f"go: {', '.join(map(language.grammar.without_article, asked))}", asked
+        plain = language.grammar.without_article
+        named = [text if text in literal else plain(text) for text in asked]
+        return f"go: {', '.join(named)}", asked
     command = language.grammar.typed(sentence)
     assert not isinstance(command, MISSIONS), "a mission that nobody queued"
     if command is None or isinstance(command, Decline):
         return "refuse", asked
-    command = understand(command, language, language.grammar.literals(sentence)).command
+    command = understand(command, language, literal).command
     goals = ", ".join(goals_of(command))
     return command_name(command) + (f": {goals}" if goals else ""), asked
 
@@ -87,8 +91,8 @@ def same(happened, wanted, language):
     def names(goal):
         return {*singulars(goal), *goals_of(understand(GoTo((goal,)), language).command)}
 
-    kind, _, goals = happened.partition(": ")
-    wanted_kind, _, wanted_goals = wanted.partition(": ")
+    kind, _, goals = happened.casefold().partition(": ")
+    wanted_kind, _, wanted_goals = wanted.casefold().partition(": ")
     pairs = zip(goals.split(", "), wanted_goals.split(", "), strict=False)
     alike = all({*singulars(one)} & names(other) for one, other in pairs)
     return kind == wanted_kind and alike and goals.count(", ") == wanted_goals.count(", ")

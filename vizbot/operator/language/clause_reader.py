@@ -15,7 +15,15 @@ from collections.abc import Mapping, Sequence
 from itertools import islice
 from typing import Any
 
-from vizbot.operator.language.command import Ask, Command, Decline, GoTo, goals_of
+from vizbot.operator.language.command import (
+    Ask,
+    Cancel,
+    Command,
+    Decline,
+    GoTo,
+    WhereIs,
+    goals_of,
+)
 from vizbot.operator.language.goal_reader import GoalReader
 from vizbot.operator.language.sentence_rules import RuleMaker, is_read, readings
 from vizbot.operator.language.step_reader import StepReader
@@ -70,11 +78,16 @@ class ClauseReader:
         self._pointing = maker.rules({"go": remarks["pointing"]})
         self._going = language["sentences"]["go_to"].format(goals="").strip()
         self._told = maker.rules({"remark": remarks["ways"]})
+        self._reminders = maker.rules({"reminder": remarks["reminders"]})
+        self._sparing = maker.rules({"spared": remarks["sparing"]})
         self._denials = maker.rules({"denial": remarks["denials"]})
         self._amount = re.compile(rf"\d|\b(?:{either(language['units'])})\b")
         self._retracts = re.compile(rf"\b(?:{either(remarks['retracts'])})\b")
         self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
-        self._request = re.compile(rf",?(?={maker.part('requests')}(?: |$))")
+        requests = rf"{maker.part('requests')}(?= |$)"
+        self._request = re.compile(
+            rf"(?P<question>{maker.part('questions')}{requests})|,?(?={requests})"
+        )
         self._corrected = re.compile(
             rf"(?:,?{pause})*,?(?P<marker>{marker})(?:,?(?:{marker}|{pause}))*,? (?=\S)"
         )
@@ -86,6 +99,7 @@ class ClauseReader:
         self._verb = re.compile(rf"(?: (?P<order>{verbs})|{maker.part('tails')})(?= |$)")
         self._unfinished = {word.casefold() for word in remarks["unfinished"]}
         self._subject = re.compile(rf"(?:{either(remarks['subjects'])})\b")
+        self._governed = re.compile(rf"\S+ (?:{either(remarks['subjects'])})\b")
         self._finite = re.compile(rf"\b(?:{either(remarks['finite'])})\b")
 
     def asked(
@@ -95,7 +109,8 @@ class ClauseReader:
 
         Both are empty where nothing is left out, the name also where there is no other than one.
 
-        Questions about the robot itself count as such where something else is asked for. Nothing
+        Questions about the robot itself, and what tells that a thing is lost, count as such where
+        something else is asked for; so does why something is called off, and what is not. Nothing
         remains of a line that takes back what it asks for.
 
         Args:
@@ -105,12 +120,18 @@ class ClauseReader:
                 nothing: "the dog, he is hungry".
         """
         asked, questions, told = list[str](), list[str](), list[str]()
+        lost, cancels = list[str](), False
         clauses = self._clauses(polished, literals)
         for clause in clauses if len(clauses) <= MOST_STEPS else []:
             steps = self._splitter.steps(clause)
             command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
+            if is_read(clause, self._reminders) or (cancels and is_read(clause, self._sparing)):
+                continue
+            cancels = cancels or isinstance(command, Cancel)
             if isinstance(command, Ask):
                 questions.append(clause)
+            elif self._tells_of_loss(command, clause):
+                lost.append(clause)
             elif self.is_marker(clause) or not (
                 isinstance(command, Decline | None) or self._wording.is_idle(clause)
             ):
@@ -131,14 +152,19 @@ class ClauseReader:
                 return "", ""
             else:
                 told.append(clause)
-        told_of = ", ".join(told)
+        told_of = ", ".join(told + lost)
         name = self._goals.first_name(told_of)
         if self._goals.mentions(told_of.replace(name, ",")):
             name = ""
         if name and not questions and self._points(asked):
             asked = [f"{self._going} {name}"]
-        remains = ", ".join(asked or questions)
+        remains = ", ".join(asked or questions or lost)
         return remains, name
+
+    def _tells_of_loss(self, command: Command | None, clause: str) -> bool:
+        """Whether a clause asks where something is by telling that it is lost: "I lost my bag"."""
+        loses = isinstance(command, WhereIs) and self._subject.match(clause) is not None
+        return loses and not self._wording.sets_terms(clause)
 
     def denies(self, clause: str) -> bool:
         """Whether a clause takes back all that was said before it."""
@@ -163,9 +189,15 @@ class ClauseReader:
 
     def _clauses(self, polished: str, literals: Sequence[str]) -> list[str]:
         """A line cut at its commas, before what corrects it, and before each order."""
-        corrected = self._corrected.sub(lambda found: f",{found['marker']}, ", f" {polished}")
-        clauses = tidy(self._request.sub(", ", corrected)).split(", ")
+        corrected = self._corrected.sub(self._cut, f" {polished}")
+        cut = self._request.sub(lambda found: found["question"] or ", ", corrected)
+        clauses = tidy(cut).split(", ")
         return [part for clause in clauses for part in self._parts(clause, literals)]
+
+    def _cut(self, found: re.Match[str]) -> str:
+        """A marker of a correction between two pauses, unless it belongs to what is before it."""
+        belongs = found.string[: found.start()].rpartition(" ")[2] in self._unfinished
+        return found[0] if belongs else f",{found['marker']}, "  # "we no longer need it"
 
     def _parts(self, clause: str, literals: Sequence[str]) -> list[str]:
         """A clause cut before the orders in it: "I am tired go to the sofa turn around"."""
@@ -185,6 +217,8 @@ class ClauseReader:
             literals: What each mark in them stands for.
             order: Whether an order follows.
         """
+        if is_read(words, self._reminders):
+            return True
         steps = self._splitter.steps(words)
         ends = {said.rpartition(" ")[2] for said in (words, *(step.words for step in steps))}
         idle = self._wording.is_idle(words) or self._wording.forbids(words)
@@ -214,6 +248,7 @@ class ClauseReader:
             return True
         order = self._wording.begins_order(clause) or self._wording.forbids(clause)
         strange = len(clause.split()) < _FEWEST_WORDS or self._goals.mentions(clause)
+        strange = strange or self._governed.match(clause) is not None
         strange = strange or self._amount.search(clause) is not None
         goal = any(self._goals.without_article(way) != way for way in ways)
         return not (order or strange or goal or self.corrects(clause))

@@ -278,6 +278,8 @@ class Grammar:
                 return [*commands[:-1], replace(last, goals=(*last.goals[:-1], refined))]
         if commands and command == commands[-1] and not set(goals_of(command)) & set(literals):
             return commands
+        if isinstance(last, WhereIs) and isinstance(command, GoTo) and command.goals[:1] == named:
+            return [*commands[:-1], command]  # "where is my bag, find my bag"
         if not any(map(self._goals.is_pronoun, goals_of(command)[:1])):
             return [*commands, command]
         if not commands and told and isinstance(command, GoTo | WhereIs):

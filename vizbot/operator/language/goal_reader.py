@@ -138,6 +138,9 @@ class GoalReader:
         tails = self._bare_tail if bare else self._tail
         for found in tails.finditer(words[:_LONGEST_GOAL]):
             goal, tail = self.without_article(words[: found.start()]), words[found.start() :]
+            alone = " " not in found[0].strip()
+            if alone and self._wording.begins_order(words[found.end() :].strip()):
+                return ""  # "I lost my keys so go to the sofa"
             if self._is_whole(goal):
                 return "" if self._wording.sets_terms(tail) or self._wording.forbids(tail) else goal
         said = words[:_LONGEST_GOAL].split()

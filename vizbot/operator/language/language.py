@@ -5,8 +5,9 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
+from typing import Any
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.language.command_grammar import Grammar
@@ -18,14 +19,14 @@ _OF_ENCODERS = "en"
 FOLDER = Path(__file__).with_name("languages")
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Language:
     """What people say to the robot, and what it answers.
 
     Attributes:
         code: As ISO 639-1 has it.
         name: In the language itself.
-        grammar: Reads its sentences.
+        entries: What its file holds.
         lexicon: Reads its names of things and rooms.
         answers: Templates of what the robot says, by what they are for.
         joint: The word between two things, "and".
@@ -34,11 +35,16 @@ class Language:
 
     code: str
     name: str
-    grammar: Grammar
+    entries: Mapping[str, Any]
     lexicon: Lexicon
     answers: Mapping[str, str]
     joint: str
     spoken: Phrasing
+
+    @cached_property
+    def grammar(self) -> Grammar:
+        """Reads its sentences; made when the first one is read, since that takes a while."""
+        return Grammar(self.entries, self.lexicon.is_name, self.lexicon.knows)
 
     def say(self, answer: str, **fields: object) -> str:
         """What the robot says.
@@ -71,7 +77,7 @@ def load_language(code: str) -> Language:
     return Language(
         code,
         entries["name"],
-        Grammar(entries, lexicon.is_name, lexicon.knows),
+        entries,
         lexicon,
         entries["answers"],
         joint,

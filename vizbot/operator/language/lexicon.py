@@ -183,7 +183,7 @@ def english_lexicon(names: Mapping[str, str], small: Mapping[str, Sequence[str]]
     return Lexicon(
         {**things, **wider, **others, **more, **known},
         {word: word for word in kept},
-        [*known, *others, *more],
+        [*known, *others, *more, *small["untrained"]],
     )
 
 
@@ -210,8 +210,9 @@ def _nearest(word: str, names: Iterable[str]) -> str | None:
 
 
 def _likeness(a: str, b: str) -> float:
-    """How alike two names are written, 0 to 1."""
-    return 1.0 - damerau_levenshtein_distance(a, b) / max(len(a), len(b), 1)
+    """How alike two names are written, 1 or less: few slips are at the first letter."""
+    edits = damerau_levenshtein_distance(a, b) + (0.5 if a[:1] != b[:1] else 0.0)
+    return 1.0 - edits / max(len(a), len(b), 1)
 
 
 def _known_form(phrase: str, names: Mapping[str, str]) -> str | None:

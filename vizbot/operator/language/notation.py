@@ -57,6 +57,30 @@ class Pattern:
         )
         return f"(?:{ways}){'?' if self.optional else ''}"
 
+    def first_words(self) -> set[str]:
+        """Words and slots that it may begin with; an empty one where it may read none."""
+        first = {""} if self.optional else set[str]()
+        for way in self.alternatives:
+            begins = {""}
+            for piece in way:
+                begins.remove("")
+                begins |= _first_words(piece)
+                if "" not in begins:
+                    break
+            first |= begins
+        return first
+
+    def marks(self) -> tuple[set[str], ...]:
+        """Sets of words, of each of which one is in all that it reads: a cheap first look."""
+        ways = self.alternatives if not self.optional else ()
+        firsts = [_first_words(piece) for piece in ways[0]] if len(ways) == 1 else []
+        return tuple(first for first in firsts if not any(word[:1] in ("", "{") for word in first))
+
+    def has(self, word: str) -> bool:
+        """Whether a word or a slot is in it."""
+        pieces = (piece for way in self.alternatives for piece in way)
+        return any(piece == word if isinstance(piece, str) else piece.has(word) for piece in pieces)
+
     def sentence(self, slots: Mapping[str, str], rng: random.Random) -> str:
         """One way to say it, drawn at random: half of the time the first one, the usual one.
 
@@ -117,6 +141,10 @@ def _alternatives(tokens: list[str], end: str) -> Pattern:
     if end and (not tokens or tokens.pop(0) != end):
         raise ValueError(f"a {end} is missing")
     return Pattern((*ways, tuple(way)), optional=end == "]")
+
+
+def _first_words(piece: str | Pattern) -> set[str]:
+    return {piece.casefold()} if isinstance(piece, str) else piece.first_words()
 
 
 def _word_regex(word: str, numbers: Sequence[str], units: Sequence[str]) -> str:

@@ -5,34 +5,54 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cached_property
 from typing import Any
 
-from vizbot.operator.language.notation import SLOTS, Pattern, read_pattern
+from vizbot.operator.language.notation import Pattern, read_pattern
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class SentenceRule:
     """One pattern of a language.
 
     Attributes:
         kind: What it asks for.
         pattern: How that is said.
-        regex: The regular expression that reads it, after a blank.
+        maker: Makes the regular expression of the pattern.
     """
 
     kind: str
     pattern: Pattern
-    regex: str
+    maker: RuleMaker
 
     @property
     def takes_any_words(self) -> bool:
         """Whether some of its words may be any."""
-        return f" {SLOTS['rest']}" in self.regex
+        return self.pattern.has("{rest}")
+
+    def fits(self, said: Sequence[str]) -> bool:
+        """Whether it may read some words, at a first look."""
+        begins = not self._first_words or said[0] in self._first_words
+        return begins and not any(mark.isdisjoint(said) for mark in self._marks)
 
     def read(self, words: str) -> re.Match[str] | None:
         """What it reads in some words; None where it does not read all of them."""
-        return _compiled(self.regex).fullmatch(f" {words}")
+        return self._regex.fullmatch(f" {words}")
+
+    @cached_property
+    def _first_words(self) -> set[str]:
+        """Words with one of which it begins; empty where that may be any word."""
+        first = self.pattern.first_words()
+        return set() if any(word[:1] in ("", "{") for word in first) else first
+
+    @cached_property
+    def _marks(self) -> Sequence[set[str]]:
+        return self.pattern.marks()
+
+    @cached_property
+    def _regex(self) -> re.Pattern[str]:
+        """Reads it after a blank; made when it is first needed: few rules are, for a sentence."""
+        return re.compile(self.maker.regex(self.pattern))
 
 
 class RuleMaker:
@@ -63,7 +83,7 @@ class RuleMaker:
             for kind, texts in patterns.items()
             for text in texts
         )
-        return tuple(SentenceRule(kind, each, self.regex(each)) for kind, each in read)
+        return tuple(SentenceRule(kind, each, self) for kind, each in read)
 
     def part(self, name: str) -> str:
         """The regular expression of a part of patterns that has a name.
@@ -98,19 +118,14 @@ class RuleMaker:
         return value * self._units.get(unit, 1.0)
 
 
-@cache
-def _compiled(regex: str) -> re.Pattern[str]:
-    """Compiled where it is first needed: most commands read no sentence."""
-    return re.compile(regex)
-
-
 def readings(
     ways: Sequence[str], rules: Iterable[SentenceRule]
 ) -> Iterator[tuple[SentenceRule, re.Match[str]]]:
     """Each rule that reads the first way to read a step, then those that read another one."""
     for way in ways:
+        said = way.split(" ")
         for rule in rules:
-            if (found := rule.read(way)) is not None:
+            if rule.fits(said) and (found := rule.read(way)) is not None:
                 yield rule, found
 
 

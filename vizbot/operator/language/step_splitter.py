@@ -12,12 +12,17 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from jellyfish import damerau_levenshtein_distance
+
 MOST_STEPS = 60
 """A line of more steps is not read."""
 _MOST_OPENINGS = 10
 """Openings, and as many closings, that are taken from a step."""
 _LONGEST_CLOSING = 40
 """Letters at the end of a step among which a closing is looked for."""
+_LONG = 5
+"""Letters of a word from which it is read also with one missing or too many."""
+_WORD = re.compile(r"[^\W\d_]{3,}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +63,8 @@ class StepSplitter:
             for word, other in (*language["spellings"].items(), *language["imperatives"].items())
         }
         spellings, imperatives = either(language["spellings"]), either(language["imperatives"])
+        self._function_words = tuple(words["function_words"])
+        self._no_slips = {*self._function_words, *words["no_slips"]}
         self._misspelt = re.compile(rf"(?<![\w'-])(?:{spellings})(?![\w'-])")
         verbal = either(words["before_imperatives"])
         self._verbal = re.compile(rf"\b(?P<before>{verbal}) (?P<verb>{imperatives})\b")
@@ -112,6 +119,7 @@ class StepSplitter:
             asking: Whether "please" before an order makes a pause, too.
         """
         line = plain(re.sub(r"&|\+(?!\d)", f" {self._and} ", line))
+        line = _WORD.sub(lambda found: self._right(found[0]), line)
         spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
         if asking:
             spelt = self._please.sub(", ", spelt)
@@ -156,6 +164,11 @@ class StepSplitter:
         around = whole.removesuffix(left[-1]) + left[-1].removeprefix(words)
         return SentenceStep(whole, words, around, tuple(ways))
 
+    def _right(self, word: str) -> str:
+        """The word, or the function word that it is written almost like."""
+        right = (other for other in self._function_words if _is_slip(word, other))
+        return word if word in self._no_slips else next(right, word)
+
     def _in_usual_words(self, way: str) -> str:
         """The same with the usual verb, and without directions before the words for a place."""
         usual = self._synonym.sub(lambda found: self._synonyms[found[0]], way, count=1)
@@ -192,15 +205,30 @@ def _orders(place: str, words: Mapping[str, Sequence[str]], verbs: str) -> tuple
         verbs: A regular expression of what B begins with where there is no comma.
     """
     named, other = ("later", "sooner") if place == "before" else ("sooner", "later")
-    marker = rf"(?!(?:{either(words[f'not_{place}'])})\b)(?:{either(words[place])})"
+    marker = rf"(?!(?:{either(words[f'not_{place}'])})\b)(?>(?:{either(words[place])})\b)"
+    alone = rf"(?!(?:{either(words['one_step_after'])})\b)(?:{verbs})"
     others = (*words["before_then"], *(words["phrasal"] if place == "after" else ()))
     apart = "".join(rf"(?<!\b{re.escape(word)})" for word in others)
     head = r"(?P<head>(?:.*?, )?)"
     return (
         rf"{head}{marker} (?P<{named}>[^,]+), (?P<{other}>.+)",
-        rf"{head}{marker} (?P<{named}>[^, ]+ [^,]+?) (?P<{other}>(?:{verbs})\b.*)",
+        rf"{head}{marker} (?P<{named}>{alone}|[^, ]+ [^,]+?) (?P<{other}>(?:{verbs})\b.*)",
         rf"(?P<{other}>.+?){apart},? {marker} (?P<{named}>[^,]+)",
     )
+
+
+def _is_slip(word: str, right: str) -> bool:
+    """Whether a word is written like another one but for a slip of the fingers.
+
+    One letter is missing or too many, or two have changed places. The first letter stays, and so
+    does the last, unless it is missing or one of the two: other ways lead from one word to another
+    that there is, as from "would" to "world", "mould" and "woulds".
+    """
+    if word[:1] != right[:1] or damerau_levenshtein_distance(word, right) != 1:
+        return False
+    if len(word) == len(right):
+        return sorted(word) == sorted(right)
+    return len(right) >= _LONG and (word[-1] == right[-1] or word == right[:-1])
 
 
 def either(words: Iterable[str]) -> str:

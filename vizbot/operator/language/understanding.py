@@ -60,12 +60,13 @@ def understand(
             continue
         meaning = language.lexicon.read(goal, alone=alone)
         if not meaning.known:
-            better = goal if meaning.near is None else meaning.near.casefold()
+            near, plain = meaning.near, language.grammar.without_article
+            better = goal if near is None else plain(near)
             instead = with_goals(command, [*goals[:place], better, *goals[place + 1 :]])
-            quoted = {*literal} | ({goal} if meaning.near is None else set())
+            quoted = {*literal} | ({goal} if near is None else set())
             return Understanding(
                 command,
-                question=_question(command, goal, meaning.near, language),
+                question=_question(command, goal, near, language),
                 meant=language.grammar.text(instead, quoted=quoted),
             )
         read.append(meaning.words)
