@@ -70,9 +70,6 @@ class BeliefSearchConfig(BaseModel):
 
     model_config = SETTINGS
 
-    certain: float = Field(default=0.9, gt=0.0, lt=1.0)
-    """Probability from which one look from near by is enough; a place that is less probable is
-    looked at from another spot before the robot says that it has arrived."""
     sure: float = Field(default=0.8, gt=0.0, lt=1.0)
     """Probability from which the robot says that it has arrived, early in a search."""
     settled: float = Field(default=0.6, gt=0.0, lt=1.0)

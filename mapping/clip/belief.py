@@ -2,12 +2,14 @@
 
 It is kept up to date with a growing map: only new elements are scored and only new views are
 weighed. Where a loop closure moves views to other places, all views are put together again, which
-gives what a belief that begins with the whole map has.
+gives what a belief that begins with the whole map has. A place that is more probably another room
+is believed the less.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +18,7 @@ from mapping.clip.evidence import evidence, features
 from mapping.clip.footprint import PLACE
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.place_rows import PlacedRows, PlaceRows
-from mapping.clip.place_views import PlaceViews
+from mapping.clip.place_views import SURROUNDINGS, PlaceViews, around
 from mapping.clip.scores import Query
 from mapping.clip.weights import Weights
 
@@ -55,6 +57,8 @@ class Belief:
         self._evidence = GrowingRows(np.zeros(0, np.float32))
         self._views = PlaceViews()
         self._moved = 0
+        rivals = (Query(each, question.log_odds) for each in question.rivals)
+        self._rivals = [Belief(each, weights) for each in rivals]
 
     def update(
         self,
@@ -87,7 +91,9 @@ class Belief:
             rows.spots[weighed:].astype(np.int64),
             placed.cameras_xy[weighed:],
         )
-        return self._believed()
+        believed = self._believed()
+        others = [each.update(embeddings, statistics, rows, placed) for each in self._rivals]
+        return _unless_another(believed, others) if others else believed
 
     def _believed(self) -> PlaceBelief:
         views = self._views
@@ -95,3 +101,12 @@ class Belief:
         probabilities = np.where(views.seen, 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), 0.0)
         seen_from = views.seen_from.astype(np.float64)
         return PlaceBelief(views.low.copy(), probabilities, views.likeness, views.seen, seen_from)
+
+
+def _unless_another(believed: PlaceBelief, others: Sequence[PlaceBelief]) -> PlaceBelief:
+    """What is left of a belief where a rival is more probable, on average of what is around."""
+    seen = believed.seen.astype(np.float32)
+    own, *rivals = (around(each.probabilities, seen, SURROUNDINGS) for each in (believed, *others))
+    greatest = np.maximum.reduce(rivals)
+    share = np.divide(own, greatest, out=np.ones_like(own), where=greatest > own)
+    return replace(believed, probabilities=believed.probabilities * share)

@@ -94,7 +94,7 @@ class Counting:
     """A question that counts the elements that it is put to."""
 
     def __init__(self):
-        self.elements = []
+        self.elements, self.rivals = [], ()
 
     def scores(self, embeddings, statistics):
         self.elements.append(len(embeddings))
@@ -221,3 +221,18 @@ def test_a_view_that_showed_no_place_is_still_to_be_taken():
     assert places.is_new_view(camera(0, 0))
     places.add(0, np.eye(4), camera(0, 0), shown(1.0), 0)
     assert not places.is_new_view(camera(0, 0))
+
+
+def test_a_place_is_believed_less_where_it_is_more_probably_another_room():
+    kitchen, bathroom = np.float32([1.0, 0.0]), np.float32([0.0, 1.0])
+    statistics, poses = np.tile(np.float32([0.1, 0.1]), (1, 1)), {0: np.eye(4)}
+    believed = []
+    for likeness, rivals in ((0.9, ()), (0.9, (bathroom,)), (0.6, ()), (0.6, (bathroom,))):
+        seen = Seen()
+        seen.look(camera(0, 0.1), likeness, 1.1)
+        belief = Belief(Query(kitchen, (10.0, -5.0), rivals), WEIGHTS)
+        placed = seen.map.placed(poses)
+        now = belief.update(seen.embeddings, statistics, seen.map.rows, placed)
+        believed.append(at(now, 1.1, 0.1))
+    assert believed[1] == believed[0], "it is the likelier one"
+    assert 0.0 < believed[3] < 0.8 * believed[2]

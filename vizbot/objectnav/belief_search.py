@@ -2,8 +2,7 @@
 
 Every step compares what may end the search: going to a place that may be what is asked for, and
 seeing what lies behind a frontier. Each is worth its probability over the way that it takes. The
-robot says that it has arrived where a place near by, seen from near, is believed enough; what it is
-not certain of it looks at from another spot first.
+robot says that it has arrived where a place near by, seen from near, is believed enough.
 """
 
 from __future__ import annotations
@@ -38,8 +37,6 @@ LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
-MOST_ROUND = 3.0
-"""Longest way to another spot for a place that is nearly believed [m]."""
 REFUTED = 0.05
 """Factor of the probability of a place of which somebody has said that it is not it."""
 _ON_SPOT = 0.25
@@ -54,17 +51,13 @@ class _Aim:
         kind: "place", "frontier", or "stop" for a place that the robot is sure of.
         xy: (2,) where that is, in `map` [m].
         spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
-        seen_from: (2,) as of `Option`.
         looking: Steps for which the robot has stood before it, facing it.
-        sure: Probability that a place which the robot is sure of has to have in the end.
     """
 
     kind: str
     xy: NDArray[np.float64]
     spot_xy: NDArray[np.float64] | None = None
-    seen_from: NDArray[np.float64] | None = None
     looking: int = 0
-    sure: float = 1.0
 
 
 class BeliefSearch:
@@ -186,30 +179,26 @@ class BeliefSearch:
         self, belief: PlaceBelief, sure: float, costmap: Costmap, T_map_base: SE3
     ) -> Decision | None:
         """Go up to what the robot is sure of near by, look, and stop; None where it is not sure."""
-        kept, aim = sure, self._aim
-        if aim is not None and aim.kind == "stop":
-            sure = min(sure, aim.sure)
-            kept = sure * HELD
+        kept = sure * HELD if self._aim is not None and self._aim.kind == "stop" else sure
         rows, columns = np.nonzero(belief.probabilities >= kept)
         places_xy, seen_from = belief.xy(rows, columns), belief.seen_from[rows, columns]
         here, resolution = T_map_base[:2, 3], costmap.grid.resolution
-        going_round = self._go_round(places_xy, costmap, T_map_base)
-        if going_round is not None:
-            return going_round
         near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
-        fronts_xy, in_front = fronts(costmap, places_xy, seen_from, self.REACH.extent)
+        fronts_xy, known = _fronts(costmap, places_xy, seen_from, self.REACH.extent)
         probabilities = belief.probabilities[rows, columns]
         for i in np.flatnonzero(near)[np.argsort(-probabilities[near])]:
             xy = places_xy[i]
-            if not (in_front[i] and sees(costmap, here, fronts_xy[i], resolution)):
+            if not sees(costmap, here, fronts_xy[i], resolution):
                 continue
             if probabilities[i] < sure and not self._aims_at("stop", xy):
                 continue
-            navigation = self._navigate(xy, self.REACH, costmap, T_map_base, seen_from[i])
+            side = seen_from[i] if known[i] else None
+            navigation = self._navigate(xy, self.REACH, costmap, T_map_base, side)
             if navigation is None or navigation.distance > self.CLOSING:
                 continue
+            aim = self._aim
             if aim is None or not self._aims_at("stop", xy):
-                aim = self._aim = _Aim("stop", xy, sure=sure)
+                aim = self._aim = _Aim("stop", xy)
             self._previous = navigation
             if not navigation.arrived:
                 why = f"{probabilities[i]:.0%} sure of what is near by"
@@ -217,44 +206,9 @@ class BeliefSearch:
             aim.looking += 1
             if aim.looking <= LOOK_STEPS:
                 return Decision(STOP, "making sure", navigation)
-            one_look = probabilities[i] >= self._search.certain or self._parts.most_looks == 1
-            enough = one_look or bool(self._looks.counts(xy[None])[0])
-            self._looks.add(xy, here)
-            spot_xy = None if enough else self._spot_near_by(xy, seen_from[i], costmap)
-            if spot_xy is None and probabilities[i] >= sure:
-                self.answer_xy = xy
-                reason = f"{probabilities[i]:.0%} sure, from near by"
-                return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
-            self._aim = None
-            if spot_xy is not None:
-                self._aim = _Aim("stop", xy, spot_xy, seen_from[i], sure=sure)
-            return self._go_round(places_xy, costmap, T_map_base)
-        return None
-
-    def _spot_near_by(
-        self, xy: NDArray[np.float64], seen_from: NDArray[np.float64], costmap: Costmap
-    ) -> NDArray[np.float64] | None:
-        """Another spot that shows a place and is not far; None without one."""
-        way, spot_xy = self._other_spot(xy, seen_from, costmap)
-        return spot_xy if way <= MOST_ROUND else None
-
-    def _go_round(
-        self, places_xy: NDArray[np.float64], costmap: Costmap, T_map_base: SE3
-    ) -> Decision | None:
-        """Look at what is nearly believed from the other spot; None where none waits for that."""
-        aim = self._aim
-        if aim is None or aim.kind != "stop" or aim.spot_xy is None:
-            return None
-        if (np.linalg.norm(places_xy - aim.xy, axis=1) <= APART).any():
-            navigation = self._to_spot(aim, costmap, T_map_base)
-            if navigation is not None and not navigation.arrived:
-                self._previous = navigation
-                why = "it looks right; from another side it tells more"
-                return Decision(navigation.twist, "looking closer", navigation, why=why)
-            aim.looking += 1
-            if navigation is not None and aim.looking <= LOOK_STEPS:
-                return Decision(STOP, "making sure", navigation)
-        aim.spot_xy, aim.looking = None, 0
+            self.answer_xy = xy
+            reason = f"{probabilities[i]:.0%} sure, from near by"
+            return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
         return None
 
     @property
@@ -301,29 +255,25 @@ class BeliefSearch:
             looks < self._parts.most_looks, probabilities * self._search.doubt**looks, 0.0
         )
         seen_from = belief.seen_from[rows, columns]
-        fronts_xy, in_front = fronts(costmap, places_xy, seen_from, self.REACH.extent)
+        fronts_xy, known = _fronts(costmap, places_xy, seen_from, self.REACH.extent)
         options: list[Option] = []
         for _ in range(MOST_CANDIDATES):
             if len(left) == 0 or left.max() < LEAST:
                 break
             best = int(np.argmax(left))
             xy, probability, spot = places_xy[best], float(left[best]), None
-            side = seen_from[best] if in_front[best] else None
+            side = seen_from[best] if known[best] else None
             if looks[best] == 0:
-                to_xy = fronts_xy[best] if in_front[best] else xy
-                way = float(self._ways.costs(to_xy[None], self.REACH.distance)[0])
+                way = float(self._ways.costs(fronts_xy[best][None], self.REACH.distance)[0])
             else:
-                way, spot = self._other_spot(xy, side, costmap)
+                way, spot = self._other_spot(xy, fronts_xy[best], costmap)
             if np.isfinite(way):
                 options.append(Option("place", xy, probability, way, spot, side))
             left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
         return options
 
     def _other_spot(
-        self,
-        xy: NDArray[np.float64],
-        seen_from: NDArray[np.float64] | None,
-        costmap: Costmap,
+        self, xy: NDArray[np.float64], front_xy: NDArray[np.float64], costmap: Costmap
     ) -> tuple[float, NDArray[np.float64] | None]:
         """The way to a spot that shows a place from elsewhere, and the spot; inf without one."""
         aim = self._aim
@@ -334,14 +284,10 @@ class BeliefSearch:
             and np.isfinite(way := float(self._ways.costs(aim.spot_xy[None])[0]))
         ):
             return way, aim.spot_xy
-        shown_xy, extent = xy, self.REACH.extent
-        if seen_from is not None:
-            shown_xy = fronts(costmap, xy[None], seen_from[None], extent)[0][0]
-            extent = costmap.grid.resolution
         around = self._looks.other_spots(xy)
-        ways = self._ways.costs(around)
+        ways, extent = self._ways.costs(around), costmap.grid.resolution
         for i in np.argsort(ways):
-            if np.isfinite(ways[i]) and sees(costmap, around[i], shown_xy, extent):
+            if np.isfinite(ways[i]) and sees(costmap, around[i], front_xy, extent):
                 return float(ways[i]), around[i]
         return np.inf, None
 
@@ -359,22 +305,16 @@ class BeliefSearch:
         aim = self._aim
         if aim is None or not self._aims_at(option.kind, option.xy):
             aim = self._aim = _Aim(option.kind, option.xy)
-        aim.xy, aim.spot_xy, aim.seen_from = option.xy, option.spot_xy, option.seen_from
-        if option.spot_xy is not None:
-            return self._to_spot(aim, costmap, T_map_base)
+        aim.xy, aim.spot_xy = option.xy, option.spot_xy
         reach = self.REACH
         if option.kind == "frontier":
             reach = Reach(distance=self._config.frontier.stand_off, extent=costmap.grid.resolution)
+        elif option.spot_xy is not None:
+            if np.linalg.norm(option.spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
+                reach = Reach(distance=_ON_SPOT, extent=0.05)
+                return self._navigate(option.spot_xy, reach, costmap, T_map_base)
+            reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
         return self._navigate(option.xy, reach, costmap, T_map_base, option.seen_from)
-
-    def _to_spot(self, aim: _Aim, costmap: Costmap, T_map_base: SE3) -> Navigation | None:
-        """The way to the spot of an aim, or on it the turn towards the place that it shows."""
-        assert aim.spot_xy is not None
-        if np.linalg.norm(aim.spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
-            reach = Reach(distance=_ON_SPOT, extent=0.05)
-            return self._navigate(aim.spot_xy, reach, costmap, T_map_base)
-        reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
-        return self._navigate(aim.xy, reach, costmap, T_map_base, aim.seen_from)
 
     def _aims_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
         """Whether this is what the robot does now; as more is seen, the point of it moves."""
@@ -399,6 +339,24 @@ class BeliefSearch:
             self._config.navigator,
             self._previous,
         )
+
+
+def _fronts(
+    costmap: Costmap,
+    places_xy: NDArray[np.float64],
+    seen_from: NDArray[np.float64],
+    extent: float,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """What lies before places (N, 2) for who saw them from there, as of `fronts`.
+
+    Where nothing is known to be free there, it is the point on the line of sight that is as far
+    before the place as what fills it may reach, and not known.
+    """
+    fronts_xy, known = fronts(costmap, places_xy, seen_from, extent)
+    back = seen_from - places_xy
+    length = np.linalg.norm(back, axis=1)
+    back *= (np.minimum(extent, length) / np.maximum(length, 1e-9))[:, None]
+    return np.where(known[:, None], fronts_xy, places_xy + back), known
 
 
 def _seen_far_off(option: Option, T_map_base: SE3) -> str:
