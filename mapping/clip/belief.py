@@ -18,9 +18,13 @@ from mapping.clip.evidence import evidence, features
 from mapping.clip.footprint import PLACE
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.place_rows import PlacedRows, PlaceRows
-from mapping.clip.place_views import SURROUNDINGS, PlaceViews, around
+from mapping.clip.place_views import PlaceViews, around
 from mapping.clip.scores import Query
 from mapping.clip.weights import Weights
+
+_ROOM = 21
+"""Edge of the square of places whose average says which room this is [places]. In training homes
+916 to 931 it leaves one in seven of the wrong places that were believed, of the rooms 97 %."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,7 +110,7 @@ class Belief:
 def _unless_another(believed: PlaceBelief, others: Sequence[PlaceBelief]) -> PlaceBelief:
     """What is left of a belief where a rival is more probable, on average of what is around."""
     seen = believed.seen.astype(np.float32)
-    own, *rivals = (around(each.probabilities, seen, SURROUNDINGS) for each in (believed, *others))
+    own, *rivals = (around(each.probabilities, seen, _ROOM) for each in (believed, *others))
     greatest = np.maximum.reduce(rivals)
     share = np.divide(own, greatest, out=np.ones_like(own), where=greatest > own)
     return replace(believed, probabilities=believed.probabilities * share)
