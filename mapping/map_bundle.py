@@ -272,7 +272,7 @@ def load(folder: Path) -> MapBundle:
         if not header.has_places:
             frames = groups["trajectory"].Ts_keyframe_cam
             groups["places"] = place_rows_of(groups["elements"], frames, poses)
-        require_places_extent(PlaceMap(groups["places"]).places(poses))
+        require_places_extent(PlaceMap(groups["places"]).placed(poses).places)
         occupancy = arrays["grid.occupancy"]
         require_extent(
             groups["keyframes"].Ts_map_cam,
@@ -335,7 +335,7 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
     grid = bundle.grid
     require_arrays(arrays, has_places=True)
-    require_places_extent(PlaceMap(bundle.places).places(bundle.keyframes.poses()))
+    require_places_extent(PlaceMap(bundle.places).placed(bundle.keyframes.poses()).places)
     require_extent(
         bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
     )

@@ -150,7 +150,7 @@ class Pipeline:
 
     def question(self, goal: Goal) -> Query:
         """What the beliefs of places are asked for a goal."""
-        return Query(goal.embedding, self._encoder.log_odds)
+        return Query(goal.embedding, self._encoder.log_odds, goal.rivals)
 
     def tick(self, task: Errand) -> Step | None:
         """Do one step, for a goal or another task.

@@ -2,12 +2,14 @@
 
 It is kept up to date with a growing map: only new elements are scored and only new views are
 weighed. Where a loop closure moves views to other places, all views are put together again, which
-gives what a belief that begins with the whole map has.
+gives what a belief that begins with the whole map has. A place that is more probably another room
+is believed the less.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +17,14 @@ from numpy.typing import NDArray
 from mapping.clip.evidence import evidence, features
 from mapping.clip.footprint import PLACE
 from mapping.clip.growing_rows import GrowingRows
-from mapping.clip.place_rows import PlaceRows
-from mapping.clip.place_views import PlaceViews
+from mapping.clip.place_rows import PlacedRows, PlaceRows
+from mapping.clip.place_views import PlaceViews, around
 from mapping.clip.scores import Query
 from mapping.clip.weights import Weights
+
+_ROOM = 21
+"""Edge of the square of places whose average says which room this is [places]. In training homes
+916 to 931 it leaves one in seven of the wrong places that were believed, of the rooms 97 %."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,12 +37,14 @@ class PlaceBelief:
         likeness: (rows, cols) of what was seen around it to what is asked for, about 0; 0 where
             nothing was seen.
         seen: (rows, cols) whether it was seen.
+        seen_from: (rows, cols, 2) where the camera stood when it saw it best, in `map` [m].
     """
 
     low: NDArray[np.int64]
     probabilities: NDArray[np.float64]
     likeness: NDArray[np.float32]
     seen: NDArray[np.bool_]
+    seen_from: NDArray[np.float64]
 
     def xy(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
         """Centres (N, 2) of places in `map` [m]."""
@@ -53,14 +61,15 @@ class Belief:
         self._evidence = GrowingRows(np.zeros(0, np.float32))
         self._views = PlaceViews()
         self._moved = 0
+        rivals = (Query(each, question.log_odds) for each in question.rivals)
+        self._rivals = [Belief(each, weights) for each in rivals]
 
     def update(
         self,
         embeddings: NDArray[np.float32],
         statistics: NDArray[np.float32],
         rows: PlaceRows,
-        places: NDArray[np.int64],
-        moved: int,
+        placed: PlacedRows,
     ) -> PlaceBelief:
         """What is believed now.
 
@@ -68,28 +77,40 @@ class Belief:
             embeddings: (N, D) of the map's elements; those of the call before come first.
             statistics: (N, 2) of them, as of `Background.statistics`.
             rows: The views of places; likewise.
-            places: (R, 2) where those are now.
-            moved: How often known ones have come to lie elsewhere (`PlaceMap.moved`).
+            placed: Where those are now.
         """
         known, weighed, weights = len(self._scores), len(self._evidence), self._weights
         self._scores.add(self._question.scores(embeddings[known:], statistics[known:]))
         scores, ranges = self._scores.rows, rows.ranges[weighed:]
         found = features(scores, rows.elements[weighed:], ranges, rows.shares[weighed:])
         self._evidence.add(evidence(found, ranges, weights.near, weights.far))
-        if moved != self._moved:
-            self._moved, weighed = moved, 0
+        if placed.moved != self._moved:
+            self._moved, weighed = placed.moved, 0
             self._views.clear()
         self._views.add(
-            places[weighed:],
+            placed.places[weighed:],
             self._evidence.rows[weighed:],
             scores[rows.elements[weighed:, 2], 1],
             rows.ranges[weighed:],
             rows.spots[weighed:].astype(np.int64),
+            placed.cameras_xy[weighed:],
         )
-        return self._believed()
+        believed = self._believed()
+        others = [each.update(embeddings, statistics, rows, placed) for each in self._rivals]
+        return _unless_another(believed, others) if others else believed
 
     def _believed(self) -> PlaceBelief:
         views = self._views
         odds = views.features() @ self._weights.join
         probabilities = np.where(views.seen, 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), 0.0)
-        return PlaceBelief(views.low.copy(), probabilities, views.likeness, views.seen)
+        seen_from = views.seen_from.astype(np.float64)
+        return PlaceBelief(views.low.copy(), probabilities, views.likeness, views.seen, seen_from)
+
+
+def _unless_another(believed: PlaceBelief, others: Sequence[PlaceBelief]) -> PlaceBelief:
+    """What is left of a belief where a rival is more probable, on average of what is around."""
+    seen = believed.seen.astype(np.float32)
+    own, *rivals = (around(each.probabilities, seen, _ROOM) for each in (believed, *others))
+    greatest = np.maximum.reduce(rivals)
+    share = np.divide(own, greatest, out=np.ones_like(own), where=greatest > own)
+    return replace(believed, probabilities=believed.probabilities * share)

@@ -53,9 +53,9 @@ def belief_of_map(
         statistics: (N, 2) of them, as of `Background.statistics`.
         question: What is asked for.
     """
-    places = views.places(keyframe_poses)
+    placed = views.placed(keyframe_poses)
     belief = Belief(question, fitted_weights())
-    return belief.update(embeddings, statistics, views.rows, places, views.moved)
+    return belief.update(embeddings, statistics, views.rows, placed)
 
 
 def likeliest_places(
@@ -76,7 +76,7 @@ def likeliest_places(
         question: What is asked for.
         first_xy: (2,) a place that is to come before all others, in `map` [m].
     """
-    rows, places = views.rows, views.places(keyframe_poses)
+    rows, places = views.rows, views.placed(keyframe_poses).places
     row_of, column_of = np.nonzero(belief.seen)
     probabilities = belief.probabilities[row_of, column_of].astype(np.float32)
     ranks, places_xy = probabilities.copy(), belief.xy(row_of, column_of)

@@ -2,6 +2,10 @@
 
 They name things, stuff and rooms of homes and offices, or say nothing in particular. A question is
 held against all of them (`mapping.clip.scores`), so that an encoder's own units do not matter.
+
+Of rooms, a place is one alone: what speaks for another room there speaks against the one that is
+asked for (`mapping.clip.belief`). An armchair stands in several. Of things that cannot be said: a
+place may be a sofa and a cushion, and in a living room.
 """
 
 from __future__ import annotations
@@ -41,6 +45,17 @@ a dark picture, a bright picture, a close-up, a photo, a picture of a home, an e
 nothing
 """
 
+_KINDS = (
+    ("living room", "lounge"),
+    ("kitchen", "dining room"),
+    ("bathroom", "toilet room", "shower room"),
+    ("bedroom", "child's room", "kid's room", "nursery", "guest room"),
+    ("hallway", "corridor", "entrance", "foyer"),
+    ("office", "study", "library", "meeting room"),
+    ("laundry room", "storeroom", "utility room"),
+)
+"""Names of rooms that are hard to tell from one another; the first stands for the others."""
+
 
 def _listed(text: str) -> tuple[str, ...]:
     return tuple(name for each in text.split(",") if (name := " ".join(each.split())))
@@ -50,3 +65,14 @@ PHRASES = (*_listed(_THINGS), *_listed(_STUFF), *_listed(_ROOMS), *_listed(_EMPT
 """Phrases that a similarity is held against, some 200."""
 PHRASES_ID = sha256("\n".join(PHRASES).encode()).hexdigest()[:12]
 """Names the list: statistics over another one must not be mixed with these."""
+
+
+def other_rooms(text: str) -> tuple[str, ...]:
+    """Rooms that a place is not which is the room that a text asks for; none for another thing.
+
+    Args:
+        text: Words of which the last ones name what is asked for.
+    """
+    words = f" {' '.join(text.casefold().split())}"
+    asked = [kind for kind in _KINDS if any(words.endswith(f" {name}") for name in kind)]
+    return tuple(kind[0] for kind in _KINDS if kind not in asked) if asked else ()

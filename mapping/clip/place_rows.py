@@ -50,18 +50,34 @@ class PlaceRows:
         return len(self.keyframes)
 
 
-class PlaceMap:
-    """The views of places of a CLIP map.
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedRows:
+    """Where views of places are by the present poses of the keyframes.
 
     Attributes:
+        places: (R, 2) column, row of the place of each row, counted from the origin of the map.
+        cameras_xy: (R, 2) float32, where the camera stood, in `map` [m].
         moved: How often rows have come to lie in other places, because keyframes moved.
     """
 
+    places: NDArray[np.int64]
+    cameras_xy: NDArray[np.float32]
+    moved: int
+
+
+class PlaceMap:
+    """The views of places of a CLIP map."""
+
     def __init__(self, saved: PlaceRows | None = None) -> None:
-        """Start empty, or with the views of a saved map."""
-        self.moved = 0
+        """Start empty, or with the views of a saved map.
+
+        Of those the camera is taken to have stood where that of the keyframe did.
+        """
+        self._moved = 0
         self._rows = _rows(0) if saved is None else saved
         self._size = len(self._rows)
+        self._cameras_keyframe = GrowingRows(np.zeros((self._size, 3), np.float32))
+        self._cameras_xy = GrowingRows(np.zeros((0, 2), np.float32))
         self._places = GrowingRows(np.zeros((0, 2), np.int64))
         self._poses: dict[int, SE3] = {}
         self._spots: dict[tuple[int, int], int] = {}
@@ -113,10 +129,12 @@ class PlaceMap:
         rows.ranges[start:end] = np.linalg.norm(offsets, axis=1)
         rows.shares[start:end] = footprint.shares
         rows.spots[start:end] = view[0]
+        camera = T_keyframe_cam[:3, 3].astype(np.float32)
+        self._cameras_keyframe.add(np.tile(camera, (end - start, 1)))
         self._size = end
 
-    def places(self, keyframe_poses: Mapping[int, SE3]) -> NDArray[np.int64]:
-        """The place (R, 2) column, row of each row, counted from the origin of the map.
+    def placed(self, keyframe_poses: Mapping[int, SE3]) -> PlacedRows:
+        """Where the rows are now.
 
         Args:
             keyframe_poses: T_map_cam of every keyframe.
@@ -130,16 +148,25 @@ class PlaceMap:
         ]
         if again:
             moved = np.flatnonzero(np.isin(rows.keyframes[:known], again))
-            now = self._places.rows.copy()
+            now, cameras_xy = self._places.rows.copy(), self._cameras_xy.rows.copy()
             now[moved] = _cells(rows, moved, keyframe_poses)
+            cameras_xy[moved] = self._cameras(moved, keyframe_poses)
             if not np.array_equal(now, self._places.rows):
-                self.moved += 1
-            self._places = GrowingRows(now)
+                self._moved += 1
+            self._places, self._cameras_xy = GrowingRows(now), GrowingRows(cameras_xy)
         fresh = np.arange(known, len(rows))
         self._places.add(_cells(rows, fresh, keyframe_poses))
+        self._cameras_xy.add(self._cameras(fresh, keyframe_poses))
         ids = np.unique(rows.keyframes[fresh]).tolist() + again
         self._poses |= {keyframe: keyframe_poses[keyframe] for keyframe in ids}
-        return self._places.rows
+        return PlacedRows(self._places.rows, self._cameras_xy.rows, self._moved)
+
+    def _cameras(
+        self, chosen: NDArray[np.int64], keyframe_poses: Mapping[int, SE3]
+    ) -> NDArray[np.float32]:
+        """Where the camera of each of the chosen rows (M,) stood (M, 2), in `map` [m]."""
+        cameras, keyframes = self._cameras_keyframe.rows[chosen], self._rows.keyframes[chosen]
+        return points_in_map(cameras, keyframes, keyframe_poses)[:, :2].astype(np.float32)
 
     def _view(self, T_map_cam: SE3) -> tuple[int, int]:
         """Spot and heading of a picture."""

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from mapping.clip.evidence import NEAR
 
-FIELDS = 12
+FIELDS = 14
 """Numbers that are kept of a place."""
 (
     _NEAR_SUM, _NEAR_COUNT, _BEST, _SECOND, _THIRD, _SPOTS, _LAST_SPOT,
-    _FAR_SUM, _FAR_COUNT, _FAR_BEST, _LIKENESS, _VIEWS,
+    _FAR_SUM, _FAR_COUNT, _FAR_BEST, _LIKENESS, _VIEWS, _FROM_X, _FROM_Y,
 ) = range(FIELDS)  # fmt: skip
 _NONE = -99.0
 """Stands for a view that does not exist."""
@@ -54,6 +54,7 @@ class PlaceViews:
         likeness: NDArray[np.float32],
         ranges: NDArray[np.float32],
         spots: NDArray[np.int64],
+        cameras_xy: NDArray[np.float32],
     ) -> None:
         """Add views, in the order in which they were taken.
 
@@ -63,16 +64,25 @@ class PlaceViews:
             likeness: (R,) of what the camera saw around the place to what is asked for.
             ranges: (R,) distance of the place from the camera on the plan [m].
             spots: (R,) number of the spot that the camera stood on.
+            cameras_xy: (R, 2) where it stood, in `map` [m].
         """
         if len(places) == 0:
             return
         self._make_room(places.min(axis=0), places.max(axis=0) + 1)
-        _fold(self._places, places - self.low, evidence, likeness, ranges, spots)
+        _fold(self._places, places - self.low, evidence, likeness, ranges, spots, cameras_xy)
 
     @property
     def seen(self) -> NDArray[np.bool_]:
         """Places (rows, cols) that some view shows."""
         return np.asarray(self._places[..., _VIEWS] > 0)
+
+    @property
+    def seen_from(self) -> NDArray[np.float32]:
+        """Where the camera stood (rows, cols, 2) when it saw each place best, in `map` [m].
+
+        Best is the view that speaks most for it, of those from near where there are any.
+        """
+        return np.asarray(self._places[..., _FROM_X:])
 
     @property
     def likeness(self) -> NDArray[np.float32]:
@@ -91,15 +101,15 @@ class PlaceViews:
         top = (three * there).sum(axis=-1) / np.maximum(there.sum(axis=-1), 1.0)
         far_best = np.where(far, p[..., _FAR_BEST], 0.0)
         spots, views = np.log1p(p[..., _SPOTS]), np.log1p(p[..., _FAR_COUNT])
-        beside = _around(top, is_near, _NEIGHBOURS)
-        about = _around(top, is_near, _SURROUNDINGS)
+        beside = around(top, is_near, _NEIGHBOURS)
+        about = around(top, is_near, _SURROUNDINGS)
         columns = (
             is_near, is_near * top, is_near * near_mean, is_near * spots,
             is_near * spots * near_mean, is_near * spots * top,
             is_far, is_far * far_mean, is_far * far_best, is_far * views, is_far * views * far_mean,
-            beside, _around(far_mean, is_far, _NEIGHBOURS), is_near * is_far * far_mean,
+            beside, around(far_mean, is_far, _NEIGHBOURS), is_near * is_far * far_mean,
             (1.0 - is_near) * far_best, (1.0 - is_near) * views * far_mean,
-            about, _around(far_mean, is_far, _SURROUNDINGS), beside * about,
+            about, around(far_mean, is_far, _SURROUNDINGS), beside * about,
             np.ones_like(is_near),
         )  # fmt: skip
         return np.stack(columns, axis=-1).astype(np.float32)
@@ -127,7 +137,7 @@ def _blank(shape: tuple[int, int]) -> NDArray[np.float32]:
     return places
 
 
-def _around(
+def around(
     values: NDArray[np.floating], there: NDArray[np.float32], edge: int
 ) -> NDArray[np.float32]:
     """Mean of the values that are there, in a square of places around each; 0 without any."""
@@ -140,7 +150,7 @@ def _around(
 
 
 @njit(  # type: ignore[untyped-decorator]
-    "void(f4[:,:,::1], i8[:,::1], f4[::1], f4[::1], f4[::1], i8[::1])",
+    "void(f4[:,:,::1], i8[:,::1], f4[::1], f4[::1], f4[::1], i8[::1], f4[:,::1])",
     cache=True,
     nogil=True,
 )
@@ -151,6 +161,7 @@ def _fold(
     likeness: NDArray[np.float32],
     ranges: NDArray[np.float32],
     spots: NDArray[np.int64],
+    cameras_xy: NDArray[np.float32],
 ) -> None:
     """Fold views into what is kept of their places."""
     for i in range(len(places)):
@@ -158,7 +169,11 @@ def _fold(
         odds = evidence[i]
         place[_VIEWS] += 1
         place[_LIKENESS] += likeness[i]
-        if ranges[i] > NEAR:
+        near = ranges[i] <= NEAR
+        best = place[_BEST] if near else place[_FAR_BEST]
+        if odds > best and (near or place[_NEAR_COUNT] == 0):
+            place[_FROM_X], place[_FROM_Y] = cameras_xy[i, 0], cameras_xy[i, 1]
+        if not near:
             place[_FAR_SUM] += odds
             place[_FAR_COUNT] += 1
             place[_FAR_BEST] = max(place[_FAR_BEST], odds)

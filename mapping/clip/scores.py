@@ -78,10 +78,12 @@ class Query:
         embedding: (D,) float32, unit length.
         log_odds: Scale and bias that make log odds of a cosine, as the encoder was trained; None
             where they are not known. The standard deviations above the background stand in then.
+        rivals: (R, D) what a place may be instead (`mapping.clip.phrases`); none of most questions.
     """
 
     embedding: NDArray[np.float32]
     log_odds: tuple[float, float] | None
+    rivals: Sequence[NDArray[np.float32]] = ()
 
     def scores(
         self, embeddings: NDArray[np.float32], statistics: NDArray[np.float32]

@@ -50,9 +50,10 @@ class Seen:
 
     def now(self, keyframe_poses=None, belief=None):
         statistics = np.tile(np.float32([0.1, 0.1]), (len(self.embeddings), 1))
-        places = self.map.places(keyframe_poses or {0: np.eye(4)})
-        moved, rows = self.map.moved, self.map.rows
-        return (belief or self.belief).update(self.embeddings, statistics, rows, places, moved)
+        self.placed = self.map.placed(keyframe_poses or {0: np.eye(4)})
+        return (belief or self.belief).update(
+            self.embeddings, statistics, self.map.rows, self.placed
+        )
 
 
 def at(believed, x, y):
@@ -93,7 +94,7 @@ class Counting:
     """A question that counts the elements that it is put to."""
 
     def __init__(self):
-        self.elements = []
+        self.elements, self.rivals = [], ()
 
     def scores(self, embeddings, statistics):
         self.elements.append(len(embeddings))
@@ -107,7 +108,7 @@ def test_a_running_question_is_put_to_what_is_new_alone_after_a_loop_closure_too
         seen.look(camera(0, 0.1, 0.6 * i), 0.5, 1.1)
         seen.now(belief=belief)
     seen.now({0: planar(0.5, 1.0, 0.2)}, belief)
-    assert seen.map.moved == 1
+    assert seen.placed.moved == 1
     assert question.elements == [1, 1, 1, 1, 0]
 
 
@@ -133,8 +134,7 @@ def test_an_encoder_with_other_cosines_in_the_same_order_gives_the_same_probabil
                 elements,
                 Background(phrases).statistics(elements),
                 places.rows,
-                places.places({0: np.eye(4)}),
-                places.moved,
+                places.placed({0: np.eye(4)}),
             )
         )
     assert np.ptp(believed[0].probabilities[believed[0].seen]) > 0.01
@@ -163,9 +163,9 @@ def test_small_moves_within_places_put_nothing_together_again():
     seen.look(camera(0, 0.1), 0.9, 1.1)
     seen.now()
     seen.now({0: planar(0.001, 0.0, 0.0)})
-    assert seen.map.moved == 0
+    assert seen.placed.moved == 0
     seen.now({0: planar(0.3, 0.0, 0.0)})
-    assert seen.map.moved == 1
+    assert seen.placed.moved == 1
 
 
 def test_a_view_counts_once_for_each_spot_and_heading():
@@ -189,13 +189,19 @@ def test_the_best_views_of_a_place_are_kept_in_order():
     odds = np.float32([0.5, 2.0, -1.0, 1.0])
     places = np.tile(np.array([[7, -3]]), (4, 1))
     spots = np.array([0, 0, 1, 2])
-    views.add(places, odds, np.zeros(4, np.float32), np.full(4, 1.0, np.float32), spots)
+    cameras = np.float32([[0, 0], [1, 0], [2, 0], [3, 0]])
+    views.add(places, odds, np.zeros(4, np.float32), np.full(4, 1.0, np.float32), spots, cameras)
+    assert views.seen_from[0, 0].tolist() == [1, 0], "where the best view was taken"
     near, top, mean, spots_told, *_ = views.features()[0, 0]
     assert (near, top, mean) == pytest.approx((1.0, (2.0 + 1.0 + 0.5) / 3, 2.5 / 4))
     assert spots_told == pytest.approx(np.log1p(3)) and views.low.tolist() == [7, -3]
-    views.add(np.array([[6, -2]]), odds[:1], odds[:1], np.float32([5.0]), spots[:1])
+    afar = np.float32([5.0]), spots[:1], np.float32([[9, 9]])
+    views.add(np.array([[6, -2]]), odds[:1], odds[:1], *afar)
+    views.add(np.array([[7, -3]]), np.float32([5.0]), odds[:1], *afar)
     assert views.shape == (2, 2) and views.features()[0, 1, 1] == pytest.approx(3.5 / 3)
     assert views.seen[1, 0] and not views.seen[0, 0]
+    assert views.seen_from[1, 0].tolist() == [9, 9]
+    assert views.seen_from[0, 1].tolist() == [1, 0], "views from near count before those from afar"
 
 
 def test_before_anything_was_seen_nothing_is_believed():
@@ -215,3 +221,18 @@ def test_a_view_that_showed_no_place_is_still_to_be_taken():
     assert places.is_new_view(camera(0, 0))
     places.add(0, np.eye(4), camera(0, 0), shown(1.0), 0)
     assert not places.is_new_view(camera(0, 0))
+
+
+def test_a_place_is_believed_less_where_it_is_more_probably_another_room():
+    kitchen, bathroom = np.float32([1.0, 0.0]), np.float32([0.0, 1.0])
+    statistics, poses = np.tile(np.float32([0.1, 0.1]), (1, 1)), {0: np.eye(4)}
+    believed = []
+    for likeness, rivals in ((0.9, ()), (0.9, (bathroom,)), (0.6, ()), (0.6, (bathroom,))):
+        seen = Seen()
+        seen.look(camera(0, 0.1), likeness, 1.1)
+        belief = Belief(Query(kitchen, (10.0, -5.0), rivals), WEIGHTS)
+        placed = seen.map.placed(poses)
+        now = belief.update(seen.embeddings, statistics, seen.map.rows, placed)
+        believed.append(at(now, 1.1, 0.1))
+    assert believed[1] == believed[0], "it is the likelier one"
+    assert 0.0 < believed[3] < 0.8 * believed[2]

@@ -25,8 +25,9 @@ def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from():
 def test_nothing_seen_is_hardly_ever_believed():
     views = PlaceViews()
     views.add(
-        np.array([[0, 0]]), np.float32([-2.5]), np.float32([0.0]), np.float32([1.0]), np.array([0])
-    )
+        np.array([[0, 0]]), np.float32([-2.5]), np.float32([0.0]), np.float32([1.0]),
+        np.array([0]), np.zeros((1, 2), np.float32),
+    )  # fmt: skip
     odds = views.features()[0, 0] @ fitted_weights().join
     assert odds < -2.0
 

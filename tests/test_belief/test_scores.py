@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mapping.clip.phrases import PHRASES
+from mapping.clip.phrases import PHRASES, other_rooms
 from mapping.clip.scores import ABOVE_TO_LOG_ODDS, Background, Query
 
 
@@ -100,3 +100,11 @@ def test_what_shares_the_patch_does_not_lower_the_question(space):
         / asked.scores(alone, statistics(alone))[:, 1]
     )
     assert np.median(ratio / cosines) > 0.95
+
+
+def test_rooms_have_rivals_and_things_have_none():
+    rooms = other_rooms("The Dining Room")
+    assert "bathroom" in rooms and not {"kitchen", "dining room"} & {*rooms}
+    assert other_rooms("lounge") == other_rooms("living room")
+    for thing in ("sofa", "kitchen table", "living room sofa", "", "toilet"):
+        assert other_rooms(thing) == ()

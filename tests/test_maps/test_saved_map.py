@@ -165,7 +165,7 @@ def test_places_that_the_elements_tell_are_those_that_depth_showed(first_run, tm
     make_older(tmp_path / "home")
     older, poses = load(tmp_path / "home"), first_run.keyframes.poses()
     shown, told = (
-        {tuple(place) for place in PlaceMap(bundle.places).places(poses).tolist()}
+        {tuple(place) for place in PlaceMap(bundle.places).placed(poses).places.tolist()}
         for bundle in (first_run, older)
     )
     beside = {(x + dx, y + dy) for x, y in shown for dx in (-1, 0, 1) for dy in (-1, 0, 1)}

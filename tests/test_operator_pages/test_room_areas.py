@@ -9,7 +9,13 @@ from vizbot.operator.session.room_areas import RoomAreas, room_areas
 
 def belief(probabilities, low=(0, 0)):
     seen = np.ones(probabilities.shape, np.bool_)
-    return PlaceBelief(np.array(low), probabilities, np.zeros(seen.shape, np.float32), seen)
+    return PlaceBelief(
+        np.array(low),
+        probabilities,
+        np.zeros(seen.shape, np.float32),
+        seen,
+        np.zeros((*seen.shape, 2)),
+    )
 
 
 def plan(*patches, size=(40, 60)):

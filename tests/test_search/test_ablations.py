@@ -41,7 +41,9 @@ def belief(likeness=None, at=None):
     for (x, y), probability in (at or {}).items():
         probabilities[int(y / PLACE), int(x / PLACE)] = probability
     likeness = np.zeros(shape, np.float32) if likeness is None else likeness
-    return PlaceBelief(np.zeros(2, np.int64), probabilities, likeness, np.ones(shape, bool))
+    return PlaceBelief(
+        np.zeros(2, np.int64), probabilities, likeness, np.ones(shape, bool), np.zeros((*shape, 2))
+    )
 
 
 def both(part, **options):
@@ -109,6 +111,7 @@ def test_without_joined_views_only_the_best_of_a_place_count():
         views.add(
             np.zeros((times, 2), np.int64), np.full(times, 2.0, np.float32),
             np.zeros(times, np.float32), np.ones(times, np.float32), np.arange(times),
+            np.zeros((times, 2), np.float32),
         )  # fmt: skip
         odds.append(views.features()[0, 0] @ np.stack([whole.join, alone.join], axis=1))
     assert odds[0][1] == pytest.approx(odds[1][1]) and odds[0][0] < odds[1][0]

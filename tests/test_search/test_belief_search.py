@@ -18,6 +18,8 @@ from vizbot.objectnav.looks import SPOTS_APART
 from vizbot.objectnav.tasks import Goal
 
 CONFIG = Config()
+SEEN_FROM = 3.0, 2.0
+"""Where the camera stood when it saw the places of a belief."""
 SOFA, TV = (Goal(text, np.ones(4, np.float32), 0.5) for text in ("sofa", "tv"))
 
 
@@ -42,11 +44,26 @@ def believed(**places):
     for (x, y), probability in places.get("at", {}).items():
         probabilities[int(y / PLACE), int(x / PLACE)] = probability
     ones = np.ones(shape, np.float32)
-    return PlaceBelief(np.zeros(2, np.int64), probabilities, 0 * ones, ones > 0)
+    return PlaceBelief(
+        np.zeros(2, np.int64), probabilities, 0 * ones, ones > 0, np.full((*shape, 2), SEEN_FROM)
+    )
 
 
 def stepped(search, belief, grid, T_map_base, steps):
     return [search.go(SOFA, belief, grid, T_map_base) for _ in range(steps)][-1]
+
+
+def walked(search, belief, grid, T_map_base, facing):
+    """Decisions, to the end, of a robot that is at the end of each way at once, facing (x, y)."""
+    decisions = []
+    while not decisions or decisions[-1].ended is None:
+        assert len(decisions) < 40
+        decisions.append(search.go(SOFA, belief, grid, T_map_base))
+        navigation = decisions[-1].navigation
+        if navigation is not None and not navigation.arrived:
+            x, y = navigation.path[-1]
+            T_map_base = planar(x, y, np.arctan2(facing[1] - y, facing[0] - x))
+    return decisions
 
 
 def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
@@ -125,6 +142,22 @@ def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(left, arri
     less = believed(at={(5.1, 2.1): search._search.sure * left, (1.1, 3.1): 0.3})
     ended = stepped(search, less, grid, planar(4.3, 2.1, 0.0), LOOK_STEPS + 1).ended
     assert (ended is not None and ended[0] is Outcome.ARRIVED) is arrives
+
+
+def test_what_was_seen_on_the_other_side_of_a_wall_is_reached_there():
+    grid, frontiers = room()
+    grid.occupancy[30:, 58:61] = 1.0  # at x = 2.7 m, with a door in the south
+    grid.occupancy[60:75, 61:69] = 1.0  # what stands behind it
+    search = BeliefSearch(CONFIG, frontiers)
+    place, before = (3.1, 3.1), planar(2.2, 3.1, 0.0)
+    belief = replace(believed(at={place: 0.95}), seen_from=np.full((18, 26, 2), (4.5, 3.1)))
+    decision = search.go(SOFA, belief, grid, before)
+    assert decision.activity == "looking closer" and decision.navigation.path[-1][0] > 3.1
+    ended = walked(search, belief, grid, before, place)[-1].ended
+    assert ended is not None and ended[0] is Outcome.ARRIVED
+    from_the_west = replace(belief, seen_from=np.full((18, 26, 2), (1.5, 3.1)))
+    search = BeliefSearch(CONFIG, frontiers)
+    assert search.go(SOFA, from_the_west, grid, before).activity == "making sure"
 
 
 def test_a_place_is_looked_at_again_from_another_spot():

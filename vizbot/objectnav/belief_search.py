@@ -19,7 +19,7 @@ from mapping.clip.weights import fitted_weights
 from nav.config import Reach
 from nav.costmap import Costmap, LiveCostmap
 from nav.frontier import FrontierSearch
-from nav.goal_region import sees
+from nav.goal_region import fronts, sees
 from nav.navigator import GoalPoints, Navigation, navigate
 from nav.way_field import WayField
 from vizbot.config import Config
@@ -70,9 +70,8 @@ class BeliefSearch:
     LOOK_WAY: ClassVar = {"place": 0.5, "frontier": 2.0}
     """What looking costs once the robot is there, as a length of way [m]."""
     REACH = Reach(distance=1.3, extent=0.6)
-    """From where a place is looked at."""
-    CLOSE = Reach(distance=0.9, extent=0.6)
-    """From where it has arrived, if there is room."""
+    """From where a place is looked at, and has been arrived at. From nearer the camera loses what
+    lies on the floor, or hangs on a wall."""
     CLOSING = 2.0
     """Distance of a believed place that the robot goes up to before anything else [m]."""
 
@@ -182,20 +181,20 @@ class BeliefSearch:
         """Go up to what the robot is sure of near by, look, and stop; None where it is not sure."""
         kept = sure * HELD if self._aim is not None and self._aim.kind == "stop" else sure
         rows, columns = np.nonzero(belief.probabilities >= kept)
-        places_xy, here = belief.xy(rows, columns), T_map_base[:2, 3]
+        places_xy, seen_from = belief.xy(rows, columns), belief.seen_from[rows, columns]
+        here, resolution = T_map_base[:2, 3], costmap.grid.resolution
         near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
+        fronts_xy, known = _fronts(costmap, places_xy, seen_from, self.REACH.extent)
         probabilities = belief.probabilities[rows, columns]
         for i in np.flatnonzero(near)[np.argsort(-probabilities[near])]:
             xy = places_xy[i]
-            if not sees(costmap, here, xy, self.REACH.extent):
+            if not sees(costmap, here, fronts_xy[i], resolution):
                 continue
             if probabilities[i] < sure and not self._aims_at("stop", xy):
                 continue
-            for reach in (self.CLOSE, self.REACH):
-                navigation = self._navigate(xy, reach, costmap, T_map_base)
-                if navigation is not None and navigation.distance <= self.CLOSING:
-                    break
-            else:
+            side = seen_from[i] if known[i] else None
+            navigation = self._navigate(xy, self.REACH, costmap, T_map_base, side)
+            if navigation is None or navigation.distance > self.CLOSING:
                 continue
             aim = self._aim
             if aim is None or not self._aims_at("stop", xy):
@@ -238,7 +237,8 @@ class BeliefSearch:
         rows, columns = np.nonzero(belief.probabilities >= least)
         if len(rows):
             places_xy = belief.xy(rows, columns)
-            navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base)
+            seen_from = belief.seen_from[rows, columns]
+            navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base, seen_from)
             if navigation is not None and not navigation.arrived:
                 self._previous = navigation
                 return Decision(navigation.twist, "going back", navigation)
@@ -254,25 +254,28 @@ class BeliefSearch:
         left = np.where(
             looks < self._parts.most_looks, probabilities * self._search.doubt**looks, 0.0
         )
+        seen_from = belief.seen_from[rows, columns]
+        fronts_xy, known = _fronts(costmap, places_xy, seen_from, self.REACH.extent)
         options: list[Option] = []
         for _ in range(MOST_CANDIDATES):
             if len(left) == 0 or left.max() < LEAST:
                 break
             best = int(np.argmax(left))
             xy, probability, spot = places_xy[best], float(left[best]), None
+            side = seen_from[best] if known[best] else None
             if looks[best] == 0:
-                way = float(self._ways.costs(xy[None], self.REACH.distance)[0])
+                way = float(self._ways.costs(fronts_xy[best][None], self.REACH.distance)[0])
             else:
-                way, spot = self._other_spot(xy, costmap)
+                way, spot = self._other_spot(xy, fronts_xy[best], costmap)
             if np.isfinite(way):
-                options.append(Option("place", xy, probability, way, spot))
+                options.append(Option("place", xy, probability, way, spot, side))
             left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
         return options
 
     def _other_spot(
-        self, xy: NDArray[np.float64], costmap: Costmap
+        self, xy: NDArray[np.float64], front_xy: NDArray[np.float64], costmap: Costmap
     ) -> tuple[float, NDArray[np.float64] | None]:
-        """The way to a spot that shows a place from another side, and the spot; inf without one."""
+        """The way to a spot that shows a place from elsewhere, and the spot; inf without one."""
         aim = self._aim
         if (
             aim is not None
@@ -282,9 +285,9 @@ class BeliefSearch:
         ):
             return way, aim.spot_xy
         around = self._looks.other_spots(xy)
-        ways = self._ways.costs(around)
+        ways, extent = self._ways.costs(around), costmap.grid.resolution
         for i in np.argsort(ways):
-            if np.isfinite(ways[i]) and sees(costmap, around[i], xy, self.REACH.extent):
+            if np.isfinite(ways[i]) and sees(costmap, around[i], front_xy, extent):
                 return float(ways[i]), around[i]
         return np.inf, None
 
@@ -303,15 +306,15 @@ class BeliefSearch:
         if aim is None or not self._aims_at(option.kind, option.xy):
             aim = self._aim = _Aim(option.kind, option.xy)
         aim.xy, aim.spot_xy = option.xy, option.spot_xy
-        reach, target = self.REACH, option.xy
+        reach = self.REACH
         if option.kind == "frontier":
             reach = Reach(distance=self._config.frontier.stand_off, extent=costmap.grid.resolution)
         elif option.spot_xy is not None:
             if np.linalg.norm(option.spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
-                target, reach = option.spot_xy, Reach(distance=_ON_SPOT, extent=0.05)
-            else:
-                reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
-        return self._navigate(target, reach, costmap, T_map_base)
+                reach = Reach(distance=_ON_SPOT, extent=0.05)
+                return self._navigate(option.spot_xy, reach, costmap, T_map_base)
+            reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
+        return self._navigate(option.xy, reach, costmap, T_map_base, option.seen_from)
 
     def _aims_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
         """Whether this is what the robot does now; as more is seen, the point of it moves."""
@@ -319,17 +322,41 @@ class BeliefSearch:
         return aim is not None and aim.kind == kind and bool(np.linalg.norm(aim.xy - xy) <= APART)
 
     def _navigate(
-        self, goals_xy: NDArray[np.float64], reach: Reach, costmap: Costmap, T_map_base: SE3
+        self,
+        goals_xy: NDArray[np.float64],
+        reach: Reach,
+        costmap: Costmap,
+        T_map_base: SE3,
+        seen_from: NDArray[np.float64] | None = None,
     ) -> Navigation | None:
         """The way to the point, or to the nearest of the points; None without one."""
+        side = None if seen_from is None else seen_from.reshape(-1, 2)
         return navigate(
             costmap,
-            GoalPoints(goals_xy),
+            GoalPoints(goals_xy.reshape(-1, 2), seen_from=side),
             T_map_base,
             reach,
             self._config.navigator,
             self._previous,
         )
+
+
+def _fronts(
+    costmap: Costmap,
+    places_xy: NDArray[np.float64],
+    seen_from: NDArray[np.float64],
+    extent: float,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """What lies before places (N, 2) for who saw them from there, as of `fronts`.
+
+    Where nothing is known to be free there, it is the point on the line of sight that is as far
+    before the place as what fills it may reach, and not known.
+    """
+    fronts_xy, known = fronts(costmap, places_xy, seen_from, extent)
+    back = seen_from - places_xy
+    length = np.linalg.norm(back, axis=1)
+    back *= (np.minimum(extent, length) / np.maximum(length, 1e-9))[:, None]
+    return np.where(known[:, None], fronts_xy, places_xy + back), known
 
 
 def _seen_far_off(option: Option, T_map_base: SE3) -> str:

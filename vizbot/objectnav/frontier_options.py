@@ -26,6 +26,8 @@ class Option:
         probability: That it does.
         way: What it takes, in metres of free floor.
         spot_xy: (2,) from where a place is looked at that was looked at before; else None.
+        seen_from: (2,) where the camera stood when it saw a place best; None where the robot may
+            come from any side.
     """
 
     kind: str
@@ -33,6 +35,7 @@ class Option:
     probability: float
     way: float
     spot_xy: NDArray[np.float64] | None = None
+    seen_from: NDArray[np.float64] | None = None
 
 
 class FrontierOptions:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.phrases import other_rooms
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Twist
 
@@ -35,12 +37,14 @@ class Goal:
         embedding: (D,) float32 unit, by the encoder of the run.
         threshold: Theta, for the method `paper`.
         note: How the encoder understands the words, in one line; None where it needs no saying.
+        rivals: (R, D) of what a place may be instead, as of `Query`.
     """
 
     text: str
     embedding: NDArray[np.float32]
     threshold: float
     note: str | None = None
+    rivals: Sequence[NDArray[np.float32]] = ()
 
 
 def goal_of(encoder: TextEncoder, text: str, threshold: float | None = None) -> Goal:
@@ -52,10 +56,9 @@ def goal_of(encoder: TextEncoder, text: str, threshold: float | None = None) -> 
         threshold: Theta; None for the encoder's.
     """
     reading = encoder.reading(text)
-    embedding = encoder.embed_texts([reading.text])[0]
-    return Goal(
-        text, embedding, encoder.threshold if threshold is None else threshold, reading.note
-    )
+    embedding, *rivals = encoder.embed_texts([reading.text, *other_rooms(reading.text)])
+    least = encoder.threshold if threshold is None else threshold
+    return Goal(text, embedding, least, reading.note, rivals)
 
 
 @dataclass(frozen=True, slots=True)

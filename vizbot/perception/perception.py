@@ -195,14 +195,8 @@ class Perception:
 
     def believe(self, belief: Belief) -> PlaceBelief:
         """What a belief, which may have followed this map before, has of it now."""
-        where = self.places.places(self.slam.keyframe_poses())
-        return belief.update(
-            self.clip_map.embeddings,
-            self.statistics,
-            self.places.rows,
-            where,
-            self.places.moved,
-        )
+        placed = self.places.placed(self.slam.keyframe_poses())
+        return belief.update(self.clip_map.embeddings, self.statistics, self.places.rows, placed)
 
     def sightings(self, similarities: NDArray[np.float32]) -> Sightings:
         """The elements of the CLIP map with their similarities (N,) to a goal."""

@@ -37,6 +37,7 @@ from vizbot.core.geometry import transform
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
 from vizbot.mission import explore
+from vizbot.objectnav.tasks import goal_of
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
 
@@ -79,12 +80,13 @@ def explore_and_ask(job: HomeToAsk) -> tuple[ExplorationResult, list[QueryResult
         if job.encoder_scale is not None:
             encoder = OtherEncoder(encoder, job.encoder_scale)
             bundle = encoder.map_of(bundle)
-        questions = encoder.embed_texts(GOALS)
+        goals = [goal_of(encoder, text) for text in GOALS]
         answers = []
         for scales in SCALE_SETS:
             asked = _OfScales.of_map(bundle, scales, config)
-            for text, question in zip(GOALS, questions, strict=True):
-                query = _Query(text, Query(question, encoder.log_odds), text in existing)
+            for goal in goals:
+                question = Query(goal.embedding, encoder.log_odds, goal.rivals)
+                query = _Query(goal.text, question, goal.text in existing)
                 answers.append(_ask(query, asked, bundle, world, T_world_map))
         return exploration, answers
 

@@ -151,7 +151,9 @@ class _Believed:
         ranges, weights = home.ranges[rows], self._weights
         found = evidence(home.features[goal][rows], ranges, weights.near, weights.far)
         stands = np.full(len(ranges), home.stands[view])
-        self._views.add(home.places[rows], found, home.likeness[goal][rows], ranges, stands)
+        unasked = np.zeros((len(ranges), 2), np.float32)
+        likeness = home.likeness[goal][rows]
+        self._views.add(home.places[rows], found, likeness, ranges, stands, unasked)
 
     def values(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
         odds = self._views.features() @ self._weights.join

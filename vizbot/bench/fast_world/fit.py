@@ -219,7 +219,7 @@ def _joined(
                     stands = np.full(rows.stop - rows.start, home.stands[view])
                     views.add(
                         home.places[rows], found[rows], home.likeness[goal][rows],
-                        home.ranges[rows], stands,
+                        home.ranges[rows], stands, np.zeros((len(stands), 2), np.float32),
                     )  # fmt: skip
                 done = cut
                 row, column = np.nonzero(views.seen)

@@ -140,7 +140,7 @@ class BeliefMind:
         self._background = Background.embedded_by(encoder)
         self._map, self._places = ClipMap(encoder.dimension), PlaceMap()
         self._statistics = np.zeros((0, 2), np.float32)
-        self._goal, self._question = goal, Query(goal.embedding, log_odds)
+        self._goal, self._question = goal, Query(goal.embedding, log_odds, goal.rivals)
         self._frontiers = FrontierSearch(config.frontier)
         self._search = BeliefSearch(config, self._frontiers)
         self._robot_radius = config.navigator.costmap.robot_radius
@@ -168,7 +168,7 @@ class BeliefMind:
         """What to do in this step."""
         places = self._places
         belief = self._search.belief_of(self._goal, self._question).update(
-            self._map.embeddings, self._statistics, places.rows, places.places(_POSES), places.moved
+            self._map.embeddings, self._statistics, places.rows, places.placed(_POSES)
         )
         belief = self._search.unless_refuted(self._goal, belief)
         return self._search.go(self._goal, belief, grid, T_map_base)

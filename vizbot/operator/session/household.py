@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,8 +81,8 @@ class HouseholdBeliefs:
     ) -> dict[str, PlaceBelief]:
         """What is believed now, for each word."""
         assert bundle.statistics is not None
-        places = PlaceMap(bundle.places).places(bundle.keyframes.poses())
-        known = len(self._places)
+        placed = PlaceMap(bundle.places).placed(bundle.keyframes.poses())
+        places, known = placed.places, len(self._places)
         if number != self._map or len(places) < known:
             self._map, self._beliefs = number, _begun(self._words, pipeline)
         elif not np.array_equal(places[:known], self._places):
@@ -89,7 +90,10 @@ class HouseholdBeliefs:
         self._places = places
         return {
             text: belief.update(
-                bundle.elements.embeddings, bundle.statistics, bundle.places, places, self._moved
+                bundle.elements.embeddings,
+                bundle.statistics,
+                bundle.places,
+                replace(placed, moved=self._moved),
             )
             for text, belief in self._beliefs.items()
         }

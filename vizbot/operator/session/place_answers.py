@@ -111,7 +111,7 @@ def find_places(
     if config.method == "paper":
         places = _most_similar(bundle, goal)
     else:
-        places = _likeliest(bundle, Query(goal.embedding, log_odds))
+        places = _likeliest(bundle, Query(goal.embedding, log_odds, goal.rivals))
     least = least_score(goal, config)
     located = bool(places and places[0].score > least)
     outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND
