@@ -1,4 +1,6 @@
-from threading import Event
+import subprocess
+import sys
+from threading import Event, current_thread
 
 import pytest
 
@@ -33,3 +35,38 @@ def test_the_error_of_work_is_raised_once_and_what_came_behind_it_is_done():
         queue.finish()
     queue.finish()
     assert done == [1]
+
+
+INTERRUPTED = """
+import threading
+from vizbot.core.work_queue import WorkQueue
+
+waited = threading.Event.wait
+
+def interrupted(self, timeout=None):
+    waited(self, timeout)
+    raise KeyboardInterrupt
+
+threading.Event.wait = interrupted  # for which every start of a thread waits
+try:
+    queue = WorkQueue(1)
+    queue.put(int)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_a_program_ends_whose_interrupt_strikes_while_the_thread_starts():
+    program = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED], timeout=30, capture_output=True, text=True
+    )
+    assert (program.returncode, program.stdout) == (0, "interrupted\n")
+
+
+def test_the_thread_ends_with_its_queue():
+    queue, threads = WorkQueue(1), []
+    queue.put(lambda: threads.append(current_thread()))
+    queue.finish()
+    del queue
+    threads[0].join(10.0)
+    assert not threads[0].is_alive()
