@@ -100,7 +100,7 @@ VOICES = (
 )
 """Names of espeak-ng and words in a minute."""
 
-BUILDING, FINAL = (7, VOICES[0::2]), (1234, (("en-us+m1", 155), ("en-gb-x-gbclan", 150)))
+BUILDING, FINAL = (7, VOICES[0::2]), (4321, (("en-us-nyc", 155), ("en-gb-x-gbcwmd", 150)))
 """Seed and voices of the sentences that the grammar itself makes: those for building, and those
 that are heard once."""
 ENDS = ("", ", then come back", " and come back", ", then dock", " and explore", ", then explore")
@@ -128,6 +128,9 @@ NAMES = {
     "turn_around": "move", "forward": "move", "backwards": "nothing: backwards",
 }  # fmt: skip
 """What the command is called that a kind of pattern asks for; that of others is called alike."""
+
+DRAWN = 3
+"""Sentences of a pattern of which one is said."""
 
 _PAUSE = 0.4
 
@@ -166,10 +169,14 @@ def stops(half, voices=None):
 
 
 def ruled(seed, voices):
-    """A sentence of each pattern of the grammar, in its order; four of each that says "go"."""
+    """A sentence of each pattern of the grammar, in its order; four of each that says "go".
+
+    It is the one of the fewest words among some: with many of the words that a pattern may leave
+    out, most sentences are such as nobody says ("travel exploring a bit the whole surroundings").
+    """
     rng = random.Random(seed)
     texts = [
-        rule_text(rule, rng)
+        min((rule_text(rule, rng) for _ in range(DRAWN)), key=lambda text: len(text.split()))
         for rule in ENGLISH.grammar.rules
         for _ in range(4 if rule.kind == "go" else 1)
     ]
@@ -203,7 +210,7 @@ def rule_text(rule, rng):
             "goal": _plural(goal) if many else f"the {goal}",
             "number": rng.choice(("ten", "thirty", "ninety") if turns else ("one", "two", "three")),
             "unit": rng.choice(("metres", "feet", "steps")),
-            "word": "could",
+            "word": "house",
             "rest": "see here",
         }
         return rule.pattern.sentence(slots, rng)

@@ -38,6 +38,8 @@ from vizbot.operator.voice.phrase_grammar import Sentence, Stage
 
 PHRASING = ENGLISH.spoken
 THINGS = ("sofa", "lamp", "chest of drawers")
+LETTERS = 12
+"""How many somebody says in a second."""
 SOUND, NOISE = np.zeros((500, 4), np.float32), np.zeros((2, 4), np.float32)
 
 
@@ -85,7 +87,7 @@ class Reader:
         return [self.words.index(word) for word in text.split()]
 
     def align(self, _features, _start, texts, lengths):
-        said = self.said if lengths[0] == len(SOUND) else []
+        said = self.said if lengths[0] != len(NOISE) else []
         return [SimpleNamespace(text_token_probs=_probabilities(said, text)) for text in texts]
 
     def generate(self, _features, prompts, **_):
@@ -100,11 +102,16 @@ def _probabilities(said, text):
     return [0.9 if said[place : place + 1] == [word] else 0.01 for place, word in enumerate(text)]
 
 
+def sound_of(seconds):
+    """Speech and the silence around it."""
+    return np.zeros((round(50 * (seconds + 1.4)), 4), np.float32)
+
+
 def search(said, found=(), wake=None):
     pytest.importorskip("ctranslate2")
     reader = Reader(said)
     scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
-    return scorer.search(SOUND, THINGS, found, wake)[0].text
+    return scorer.search(sound_of(len(said) / LETTERS), THINGS, found, wake)[0].text
 
 
 @pytest.mark.parametrize(
@@ -127,6 +134,15 @@ def search(said, found=(), wake=None):
 )
 def test_what_was_said_is_found(said):
     assert search(said) == said
+
+
+def test_a_sentence_is_not_found_in_a_sound_that_is_far_too_long_for_it():
+    pytest.importorskip("ctranslate2")
+    reader = Reader("Go on.")
+    scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
+    assert scorer.search(sound_of(0.6), THINGS)[0].text == "Go on."
+    texts = [each.text for each in scorer.search(sound_of(4.0), THINGS)]
+    assert texts and all(len(text) >= 20 for text in texts)
 
 
 def test_of_two_that_fit_alike_the_one_that_the_map_finds_is_taken():

@@ -130,6 +130,17 @@ def test_stop_is_heard_in_the_middle_of_speech(recogniser, tmp_path):
     assert Stop() in [each.command for each in heard if each is not None]
 
 
+@speaking
+def test_what_whisper_repeats_faster_than_anybody_speaks_is_not_believed_but_a_stop_is(
+    recogniser, tmp_path, monkeypatch
+):
+    speech = speak(SpokenSample("back", "en-us", 150, None), tmp_path)
+    for text, command in (("Come back. " * 8, None), ("Stop. " * 12, Stop())):
+        repeated = [Hypothesis(text.strip(), -0.1)]
+        monkeypatch.setattr(recogniser, "_generated", lambda *_, repeated=repeated: repeated)
+        assert recogniser.hear(speech).command == command
+
+
 def test_silence_and_noise_are_no_command(recogniser):
     noise = np.random.default_rng(0).normal(scale=0.01, size=3 * RATE).astype(np.float32)
     for sound in (np.zeros(RATE, np.float32), noise, np.zeros(0, np.float32)):

@@ -56,6 +56,10 @@ _ENDS_LOOKED_AT = 6
 """Whole sentences of which it is asked whether more is said after them."""
 _FASTEST = 18.0
 """Letters in a second of the sound and its tail, which nobody speaks faster than."""
+_SLOWEST = 5.0
+"""The same that nobody speaks slower than: a sentence with fewer leaves some of the sound out."""
+_SILENCE = 1.4
+"""How much of the sound and its tail is silence [s]."""
 _GOAL_STAGES = (Stage.GOAL, Stage.GOALS, Stage.NEXT_GOAL)
 
 
@@ -157,11 +161,14 @@ class PhraseScorer:
         """
         beam = [Sentence() if wake is None else Sentence(wake.capitalize() + ",")]
         done: list[Sentence] = []
+        fewest = _SLOWEST * (len(encoded) / ROWS_PER_SECOND - _SILENCE)
         while beam:
             stage = beam[0].stage
             grown = sorted(self._grown(encoded, beam, goals, found), key=_badness)
-            done += [each for each in grown if each.stage is Stage.DONE]
-            least = max(each.score for each in [*grown, *done]) - _FAR
+            done += [
+                each for each in grown if each.stage is Stage.DONE and len(each.text) >= fewest
+            ]
+            least = max((each.score for each in [*grown, *done]), default=0.0) - _FAR
             going = [each for each in grown if each.stage is not Stage.DONE and each.score > least]
             beam = going[: _KEPT.get(stage, 3)]
         best = sorted(done, key=_badness)[:_ENDS_LOOKED_AT]

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum, auto
+from itertools import product
 from typing import Any
 
 _MOST_GOALS = 3
@@ -59,7 +60,13 @@ class Sentence:
 
 
 class Phrasing:
-    """How the sentences of a language begin, go on and end."""
+    """How the sentences of a language begin, go on and end.
+
+    Attributes:
+        joins: What joins another goal, each with its article.
+        ends: What may be asked for at the end, each with its mark.
+        apart: Words between two goals by which they are no mission in this order.
+    """
 
     def __init__(self, spoken: Mapping[str, Any]) -> None:
         """Take over a language.
@@ -68,11 +75,13 @@ class Phrasing:
             spoken: As its file has it.
         """
         self._openings, self._articles = spoken["openings"], spoken["articles"]
-        self._joins, self._ends = spoken["joins"], spoken["ends"]
+        self.joins, self.ends = spoken["joins"], spoken["ends"]
+        self.apart = frozenset(spoken["apart"])
+        self._go = spoken["go"]
         self._all, self._plurals = spoken["all"], spoken["plurals"]
         self._before, self._before_many = spoken["before"], spoken["before_many"]
         self._verbs = [
-            *((verb, Stage.ARTICLE, ".", True) for verb in spoken["go"]),
+            *((verb, Stage.ARTICLE, ".", True) for verb in self._go),
             *((verb, Stage.ARTICLE, ending, False) for verb, ending in spoken["one"]),
             *((verb, Stage.GOALS, ending, False) for verb, ending in spoken["many"]),
             *((words, Stage.DONE, "", False) for words in spoken["whole"]),
@@ -121,9 +130,15 @@ class Phrasing:
         """What usually stands before a thing."""
         return str(self._articles[0])
 
+    @property
+    def leads(self) -> list[str]:
+        """What stands before the first thing of a mission."""
+        leads = product(self._openings, self._go, self._articles)
+        return [" ".join(filter(None, each)) for each in leads]
+
     def further(self, text: str) -> list[str]:
         """A whole sentence about a goal with each thing that may be asked for at its end."""
-        return [f"{text.rstrip('.!?')}{end}" for end in self._ends]
+        return [f"{text.rstrip('.!?')}{end}" for end in self.ends]
 
     def before(self, *, many: bool) -> str:
         """What stands before a goal where nothing but the goal matters."""
@@ -138,10 +153,10 @@ class Phrasing:
         """With another goal, or with what to do at the end."""
         if not sentence.joins:
             return []
-        joins = self._joins if len(sentence.goals) < _MOST_GOALS else ()
+        joins = self.joins if len(sentence.goals) < _MOST_GOALS else ()
         return [
             *(_glued(sentence, join, Stage.NEXT_GOAL) for join in joins),
-            *(_glued(sentence, end, Stage.DONE) for end in self._ends),
+            *(_glued(sentence, end, Stage.DONE) for end in self.ends),
         ]
 
 

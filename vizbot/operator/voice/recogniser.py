@@ -18,7 +18,7 @@ import numpy as np
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.client.endpoint import SPEECH
-from vizbot.operator.language.command import GoTo
+from vizbot.operator.language.command import GoTo, Stop
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.voice.beam_search import ROWS_PER_SECOND, Encoded, PhraseScorer
 from vizbot.operator.voice.intent import (
@@ -38,7 +38,12 @@ if TYPE_CHECKING:
     from faster_whisper import WhisperModel
     from faster_whisper.tokenizer import Tokenizer
 
-_HYPOTHESES = 10
+_HYPOTHESES, _UNHINTED = 10, 5
+"""Free hypotheses with the hint and without it: a short sentence that the hint does not expect may
+be lost to one that it does ("Who are you?" to "Go on.")."""
+_PATIENCE = 2.0
+"""How many times as many hypotheses are finished before a search ends: the best one is often not
+among the first ("How many bookshelves?" behind "How many book shelves?")."""
 _LONGEST = 60
 """Tokens of an answer; a command has less than 40, and noise may make Whisper repeat itself."""
 _TAIL = 50
@@ -47,6 +52,9 @@ _LONGEST_COMMAND = 10.0
 """Longest command [s]: whoever speaks longer talks to somebody else, and the search takes long."""
 _LETTERS_PER_SECOND = 10.0
 """Words that are fewer for their time may lack the end of what was said: Whisper drops some."""
+_FASTEST = 22.0
+"""Letters in a second of what is said, and of the 0.4 s around it, which nobody speaks faster than:
+of the sentences for building the fastest has 17."""
 _LOOKED_AT, _ALIKE, _TRIED = 5, 10, 30
 """Free hypotheses for which sentences are looked up that sound alike, how many for each, and how
 many of all of them are held against the sound."""
@@ -81,7 +89,7 @@ class Recogniser:
         Args:
             vocabulary: Phrases that can be asked for, in the encoder's words; those beyond the
                 first 220 tokens or so are recognised, but not hinted at.
-            model: A size (tiny.en, base.en, small, ...), which is downloaded on first use, or a
+            model: A size (tiny.en, base, small, ...), which is downloaded on first use, or a
                 folder with a model for faster-whisper.
             threads: Threads of the processor; 0 leaves them to the library.
             language: That is spoken.
@@ -96,6 +104,7 @@ class Recogniser:
         noise = _rows(self._encode(_noise()), len(_noise()))
         self._scorer = PhraseScorer(self._model.model, self._tokenizer, noise, language.spoken)
         self._bank: SentenceBank | None = None
+        self._no_hint = self._model.get_prompt(self._tokenizer, [], without_timestamps=True)
         self.learn(())
 
     def learn(self, found: Sequence[str]) -> None:
@@ -127,7 +136,7 @@ class Recogniser:
             return Utterance("", None)
         found, _ = self._hints
         encoded = self._encode(spoken)
-        free = self._free_hypotheses(encoded)
+        free = self._sayable(self._free_hypotheses(encoded), len(spoken) / RATE)
         rows = _rows(encoded, len(spoken))
         plain = plain_utterance(free, self.vocabulary, wake, self._language)
         long_enough = (
@@ -141,7 +150,8 @@ class Recogniser:
     def glance(self, sound: Sound) -> str:
         """What is probably being said; a third of the work of `hear`."""
         spoken = self._spoken(sound)
-        hypotheses = self._free_hypotheses(self._encode(sound if spoken is None else spoken), 1)
+        encoded = self._encode(sound if spoken is None else spoken)
+        hypotheses = self._generated(encoded, self._hints[1], 1)
         return hypotheses[0].text if hypotheses else ""
 
     def speech(self, sound: Sound) -> list[tuple[int, int]]:
@@ -163,14 +173,32 @@ class Recogniser:
         features = self._model.feature_extractor(sound)[..., :_FEATURES]
         return self._model.encode(pad_or_trim(features, _FEATURES))
 
-    def _free_hypotheses(self, encoded: StorageView, count: int = _HYPOTHESES) -> list[Hypothesis]:
-        """Hypotheses of any words, best first."""
-        _, prompt = self._hints
+    def _free_hypotheses(self, encoded: StorageView) -> list[Hypothesis]:
+        """Hypotheses of any words, with the hint and without it, best first."""
+        best = dict[str, float]()
+        for prompt, count in ((self._hints[1], _HYPOTHESES), (self._no_hint, _UNHINTED)):
+            for each in self._generated(encoded, prompt, count):
+                best[each.text] = max(each.score, best.get(each.text, -math.inf))
+        return [Hypothesis(text, best[text]) for text in sorted(best, key=lambda text: -best[text])]
+
+    def _sayable(self, free: Sequence[Hypothesis], seconds: float) -> list[Hypothesis]:
+        """Those that can be said in the time: Whisper repeats itself; and every stop."""
+        heard = self._language.grammar.heard
+        return [
+            each
+            for each in free
+            if len(each.text) <= _FASTEST * seconds or isinstance(heard(each.text), Stop)
+        ]
+
+    def _generated(
+        self, encoded: StorageView, prompt: Sequence[int], count: int
+    ) -> list[Hypothesis]:
         (result,) = self._model.model.generate(
             encoded,
             [prompt],
             beam_size=count,
             num_hypotheses=count,
+            patience=_PATIENCE,
             return_scores=True,
             max_length=len(prompt) + _LONGEST,
         )
@@ -217,11 +245,12 @@ class Recogniser:
     def _alike(self, free: Sequence[Hypothesis], wake: str | None) -> list[str]:
         """Sentences of the grammar that sound like one of the best free hypotheses."""
         if self._bank is None:
-            self._bank = SentenceBank(self._language.grammar, self._language.spoken.article)
+            self._bank = SentenceBank(self._language.grammar, self._language.spoken)
         start = "" if wake is None else f"{wake.capitalize()}, "
         alike = dict[str, None]()
         for each in free[:_LOOKED_AT]:
             words = each.text if wake is None else after_wake(each.text, wake) or ""
+            alike |= dict.fromkeys(filter(None, [self._bank.mission(words, self.vocabulary)]))
             alike |= dict.fromkeys(self._bank.nearest(words, self.vocabulary, _ALIKE))
         return [start + text for text in list(alike)[:_TRIED]]
 
@@ -289,7 +318,7 @@ def _tokenizer(model: WhisperModel, name: str, language: Language) -> Tokenizer:
     if not multilingual and language.code != "en":
         raise ConfigError(
             f"the speech model {name!r} knows English alone; give a multilingual one, for example"
-            " --speech tiny"
+            " --speech base"
         )
     return Tokenizer(model.hf_tokenizer, multilingual, task="transcribe", language=language.code)
 

@@ -14,7 +14,8 @@ from math import prod
 
 from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.notation import SLOTS, Pattern
-from vizbot.operator.voice.likeness import nearness, plain_words, similarity, sounds
+from vizbot.operator.voice.likeness import NEAR, nearness, plain_words, similarity, sounds
+from vizbot.operator.voice.phrase_grammar import Phrasing
 
 _MOST = 400
 """Sentences of each pattern: all that it makes, or as many that are drawn."""
@@ -42,15 +43,16 @@ class SentenceBank:
     It has none with a number or with words that may be any.
     """
 
-    def __init__(self, grammar: Grammar, article: str) -> None:
+    def __init__(self, grammar: Grammar, phrasing: Phrasing) -> None:
         """Draw them, the same ones each time.
 
         Args:
             grammar: Has the patterns.
-            article: Stands before a thing.
+            phrasing: How missions begin, go on and end.
         """
         rng = random.Random(0)
-        slots = {name: f"{{{name}}}" for name in SLOTS} | {"goal": f"{article} {_THING}".strip()}
+        thing = f"{phrasing.article} {_THING}".strip()
+        slots = {name: f"{{{name}}}" for name in SLOTS} | {"goal": thing}
         drawn = dict[str, None]()
         for rule in grammar.rules:
             if rule.kind in _OF_MANY:
@@ -62,6 +64,7 @@ class SentenceBank:
         entries = [_Entry(text, sounds(text)) for text in drawn if text and "{" not in text]
         self._whole = [entry for entry in entries if _THING not in entry.text]
         self._about = [entry for entry in entries if _THING in entry.text]
+        self._phrasing = phrasing
 
     def nearest(self, heard: str, vocabulary: Sequence[str], most: int) -> list[str]:
         """Sentences that sound like what was heard, the most alike first.
@@ -85,6 +88,38 @@ class SentenceBank:
         ranked = sorted(likeness, key=lambda text: -likeness[text])
         near = [text for text in ranked if likeness[text] >= _ALIKE][:most]
         return [_written(text.replace(_THING, thing), heard) for text in near]
+
+    def mission(self, heard: str, vocabulary: Sequence[str]) -> str | None:
+        """The mission of two or three things that sounds like what was heard; None for no such one.
+
+        Each thing must have been heard as it is written; what stands around them may be spelt by
+        its sound, as in "Go to the lamp. In the sofa, after at the sink, and dog."
+
+        Args:
+            heard: A sentence.
+            vocabulary: Things that may be in it.
+        """
+        words = plain_words(_MARKS.sub(" ", heard))
+        names = map(re.escape, sorted(vocabulary, key=len, reverse=True))
+        thing = re.compile(rf"\b(?:{'|'.join(names)})\b")
+        around, things = thing.split(words), thing.findall(words)
+        if len(things) not in (2, 3) or self._phrasing.apart & {*" ".join(around).split()}:
+            return None
+        lead = _most_alike(around[0], self._phrasing.leads, NEAR)
+        joins = [_most_alike(each, self._phrasing.joins, _ALIKE) for each in around[1:-1]]
+        end = _most_alike(around[-1], self._phrasing.ends, _ALIKE) if around[-1].strip() else "."
+        if lead is None or end is None or None in joins:
+            return None
+        rest = "".join(f"{join} {thing}" for join, thing in zip(joins, things[1:], strict=True))
+        return f"{lead[:1].upper()}{lead[1:]} {things[0]}{rest}{end}"
+
+
+def _most_alike(heard: str, texts: Sequence[str], least: float) -> str | None:
+    """That of some texts which sounds most like what was heard; None where none is alike enough."""
+    words = plain_words(heard)
+    likeness = {text: similarity(plain_words(_MARKS.sub(" ", text)), words) for text in texts}
+    best = max(likeness, key=likeness.__getitem__)
+    return best if likeness[best] >= least else None
 
 
 def _count(pattern: Pattern) -> int:
