@@ -50,11 +50,18 @@ def test_two_searches_are_paired_and_wrong_arrivals_are_counted_apart_from_givin
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
     text = search_page(folder, folder / "search.md")
     assert "- old: commit 0ld\n- default: commit c0ffee" in text
+    assert "nothing here is compared" not in text
     assert cells(text, "old")[:2] == ["10", "80.0"] and cells(text, "old")[4] == "1 of 10"
     assert cells(text, "old")[5] == "8.0"
     assert cells(text, "default")[:2] == ["10", "100.0"] and cells(text, "default")[5] == "50.0"
     # Home 1040 has both failures: 0.5 - 3 x 0.1 / 5 there, 0.5 - 0.1 in the other one.
     assert cells(text, "default against old") == ["2", "0", "0.5", "+42.0", "40 to 44"]
+
+
+def test_where_the_search_before_is_not_driven_the_page_says_that_nothing_is_compared(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    text = search_page(folder, folder / "search.md")
+    assert "nothing here is compared" in text and "against" not in text
 
 
 def test_a_row_of_a_part_stands_beside_the_default_on_that_part(folder):

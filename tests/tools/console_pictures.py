@@ -136,7 +136,7 @@ class Studio:
         page.goto(self.url)
         page.locator("#link.live").wait_for()
         for image in page.locator("figure img:visible").all():
-            until(page, lambda shown=image: shown.evaluate("one => one.naturalWidth") == 480)
+            until(page, lambda shown=image: shown.evaluate("one => one.naturalWidth") >= 480)
         yield page
         context.close()
 

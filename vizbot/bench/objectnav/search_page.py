@@ -38,6 +38,8 @@ success weighted by path length; its intervals, and those of differences, draw w
 (cluster bootstrap, fixed seed), which is rough with so few homes. Differences of success are
 decided by the exact paired test (McNemar)."""
 
+_NO_OLD = "The row `old` has not been driven whole yet, so nothing here is compared with it."
+
 Row = Sequence[StoredResult[EpisodeResult]]
 
 
@@ -54,7 +56,13 @@ def search_page(folder: Path, page: Path) -> str:
         return ""
     surveyed = Store(folder / "homes.jsonl", HomeGoals).fullest()
     homes = sorted((line.result for line in surveyed), key=lambda each: str(each.home))
-    parts = [_TITLE, _made_with(rows), "## All goals", _table(rows, (OLD, DEFAULT))]
+    parts = [
+        _TITLE,
+        "" if OLD in rows else _NO_OLD,
+        _made_with(rows),
+        "## All goals",
+        _table(rows, (OLD, DEFAULT)),
+    ]
     parts += [_differences(rows, (OLD,))]
     if third := [name for name in _THIRD if name in rows]:
         parts += ["## Other encoders and methods, on a third of the goals"]
