@@ -49,8 +49,9 @@ export function capitalised(text) {
 }
 
 /**
- * Builds the items of a list only where they have changed. The keyboard's focus stays on the button
- * of the same name; where that is gone, the list has it.
+ * Builds the items of a list where they have changed. What has not stays the same element, since a
+ * press on a button that is replaced before it is let go is no click. The keyboard's focus stays on
+ * the button of the same name; where that is gone, the list has it.
  *
  * @param {HTMLElement} list
  * @param {string} version
@@ -60,8 +61,14 @@ export function updateList(list, version, items) {
   if (list.dataset.version === version) return;
   list.dataset.version = version;
   const focused = list.contains(document.activeElement) ? document.activeElement : null;
-  list.replaceChildren(...items());
-  if (focused === null || focused === list) return;
+  const old = [...list.children];
+  for (const item of items()) {
+    const place = old.findIndex((each) => each.isEqualNode(item));
+    if (place < 0) list.insertBefore(item, old[0] ?? null);
+    else for (const gone of old.splice(0, place + 1).slice(0, -1)) gone.remove();
+  }
+  for (const gone of old) gone.remove();
+  if (focused === null || focused === list || list.contains(focused)) return;
   const buttons = [...list.querySelectorAll("button")];
   (buttons.find(({ id }) => id === focused.id) ?? list).focus({ preventScroll: true });
 }
