@@ -57,9 +57,10 @@ _ENDS_LOOKED_AT = 6
 _FASTEST = 18.0
 """Letters in a second of the sound and its tail, which nobody speaks faster than."""
 _SLOWEST = 5.0
-"""The same that nobody speaks slower than: a sentence with fewer leaves some of the sound out."""
+"""Letters in a second of speech, which nobody speaks slower than: a sentence with fewer leaves some
+of the sound out."""
 _SILENCE = 1.4
-"""How much of the sound and its tail is silence [s]."""
+"""How much of the sound and its tail is taken for silence [s]."""
 _GOAL_STAGES = (Stage.GOAL, Stage.GOALS, Stage.NEXT_GOAL)
 
 

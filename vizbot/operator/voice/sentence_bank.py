@@ -93,7 +93,7 @@ class SentenceBank:
         """The mission of two or three things that sounds like what was heard; None for no such one.
 
         Each thing must have been heard as it is written; what stands around them may be spelt by
-        its sound, as in "Go to the lamp. In the sofa, after at the sink, and dog."
+        its sound, as in "Go to the lamp. In the sofa, and den to the sink, and dog."
 
         Args:
             heard: A sentence.
@@ -101,8 +101,8 @@ class SentenceBank:
         """
         words = plain_words(_MARKS.sub(" ", heard))
         names = map(re.escape, sorted(vocabulary, key=len, reverse=True))
-        thing = re.compile(rf"\b(?:{'|'.join(names)})\b")
-        around, things = thing.split(words), thing.findall(words)
+        named = re.compile(rf"\b(?:{'|'.join(names)})\b")
+        around, things = named.split(words), named.findall(words)
         if len(things) not in (2, 3) or self._phrasing.apart & {*" ".join(around).split()}:
             return None
         lead = _most_alike(around[0], self._phrasing.leads, NEAR)
