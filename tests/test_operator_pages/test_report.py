@@ -140,7 +140,12 @@ def told(step, tmp_path, steps=5, **changes):
         report.on_step(replace(step, index=index, frame=frame, **changes))
     report.on_goal(
         GoalReport(
-            step.goal, Outcome.ARRIVED, "seen from near by", (CANDIDATE,), effort=Effort(50.0, 12.3)
+            step.goal,
+            Outcome.ARRIVED,
+            "seen from near by",
+            (CANDIDATE,),
+            effort=Effort(50.0, 12.3),
+            threshold=0.32,
         )
     )
     return report.finish({"steps": steps}).read_text()
@@ -155,6 +160,10 @@ def picture_of(page, alt):
 def points_of(page, curve):
     points = re.findall(rf'class="{curve}" points="([^"]+)"', page)[0]
     return np.array([point.split(",") for point in points.split()], np.float64)
+
+
+def test_the_score_of_the_answer_stands_beside_what_was_enough(step, tmp_path):
+    assert "<th>probability (32% is enough)" in told(step, tmp_path)
 
 
 def test_the_patch_that_was_found_is_boxed_in_its_picture(step, tmp_path):

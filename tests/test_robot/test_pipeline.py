@@ -160,6 +160,7 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     answer = report.candidates[0]
     assert answer.score > pipeline.config.objectnav.search.last
     assert f"{answer.score:.0%} sure" in report.reason
+    assert answer.score >= step.threshold == report.threshold
     assert np.linalg.norm(answer.position[:2] - step.T_map_base[:2, 3]) <= 1.5
     of_it = (step.frames == answer.frame) & (step.boxes == answer.box).all(axis=1)
     assert np.linalg.norm(step.points[of_it][:, :2] - answer.position[:2], axis=1) < 0.5

@@ -144,6 +144,44 @@ def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(left, arri
     assert (ended is not None and ended[0] is Outcome.ARRIVED) is arrives
 
 
+def test_the_last_place_is_shown_beside_what_is_enough_at_the_end():
+    grid, frontiers = room()
+    search, settings = BeliefSearch(CONFIG, frontiers), CONFIG.objectnav.search
+    place, before = (5.1, 2.1), planar(1.5, 2.1, 0.0)
+    decisions = walked(search, believed(at={place: settings.last + 0.05}), grid, before, place)
+    *looking, last = decisions
+    assert last.ended is not None and last.ended[0] is Outcome.ARRIVED
+    assert looking[0].activity == "looking closer"
+    assert looking[0].threshold == pytest.approx(settings.sure, abs=0.01)
+    held = [decision.threshold for decision in looking if decision.activity == "making sure"][-1]
+    assert held == last.threshold == search.threshold(SOFA) == HELD * settings.last
+    assert search.threshold(TV) == settings.sure
+
+
+def test_the_end_in_vain_is_shown_beside_what_would_have_been_enough():
+    grid, frontiers = room()
+    search, settings = BeliefSearch(CONFIG, frontiers), CONFIG.objectnav.search
+    place, before = (5.1, 2.1), planar(1.5, 2.1, 0.0)
+    decisions = walked(search, believed(at={place: settings.last - 0.05}), grid, before, place)
+    assert decisions[-1].ended[0] is Outcome.NOT_FOUND
+    assert decisions[-1].threshold == settings.last
+
+
+def test_a_held_aim_is_shown_beside_what_it_may_fall_to():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    sure, before, at = CONFIG.objectnav.search.sure, planar(3.3, 2.1, 0.0), planar(4.3, 2.1, 0.0)
+    first = search.go(SOFA, believed(at={(5.1, 2.1): sure + 0.01}), grid, before)
+    assert (first.activity, first.threshold) == ("closing in", search._sure)
+    less = believed(at={(5.1, 2.1): 1.02 * HELD * sure})
+    held = [search.go(SOFA, less, grid, at) for _ in range(LOOK_STEPS)]
+    assert {decision.activity for decision in held} == {"making sure"}
+    assert all(decision.threshold < less.probabilities.max() < search._sure for decision in held)
+    assert held[-1].threshold == HELD * search._sure
+    arrived = search.go(SOFA, less, grid, at)
+    assert arrived.ended[0] is Outcome.ARRIVED and arrived.threshold == search.threshold(SOFA)
+
+
 def test_what_was_seen_on_the_other_side_of_a_wall_is_reached_there():
     grid, frontiers = room()
     grid.occupancy[30:, 58:61] = 1.0  # at x = 2.7 m, with a door in the south

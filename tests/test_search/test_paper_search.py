@@ -252,14 +252,16 @@ def test_what_was_lowered_does_not_outlive_the_step(goal):
     search, closed = PaperSearch(NAVIGATOR), two_rooms(is_open=False)
     assert search.go(goal, seen(element(NEAR, 0.1)), closed, HERE).threshold < 0.1
     opened = search.go(goal, seen(element(NEAR, 0.1)), two_rooms(is_open=True), HERE)
-    assert opened.exploring and opened.threshold == THETA
+    assert opened.exploring and opened.threshold == search.threshold(goal) == THETA
 
 
 def test_with_nothing_to_reach_the_goal_is_not_found(goal):
     search = PaperSearch(NAVIGATOR)
-    beyond = seen(element(FAR, 0.4, IN_OTHER_ROOM))
-    ended = search.go(goal, beyond, two_rooms(is_open=False), HERE).ended
-    assert ended is not None and ended[0] is Outcome.NOT_FOUND
+    beyond = seen(element(FAR, 0.4, IN_OTHER_ROOM), element(FAR, 0.1, IN_OTHER_ROOM))
+    assert search.threshold(goal) == THETA
+    decision = search.go(goal, beyond, two_rooms(is_open=False), HERE)
+    assert decision.ended is not None and decision.ended[0] is Outcome.NOT_FOUND
+    assert decision.threshold == search.threshold(goal) < 0.1
     assert search.go(goal, seen(), two_rooms(is_open=False), HERE).ended[0] is Outcome.NOT_FOUND
 
 

@@ -86,6 +86,8 @@ class GoalReport:
             before all others.
         measure: What their scores are.
         effort: What the search took; None where the map alone was asked.
+        threshold: The score that the places were held against at the end; None where it is not
+            known.
     """
 
     text: str
@@ -94,6 +96,7 @@ class GoalReport:
     candidates: tuple[Candidate, ...]
     measure: Measure = Measure.PROBABILITY
     effort: Effort | None = None
+    threshold: float | None = None
 
     @property
     def headline(self) -> str:
@@ -129,7 +132,7 @@ class Step:
         distance_to_go: Length of the path [m]; None without one.
         scores: What the search decides by; None without a goal.
         measure: What those scores are.
-        threshold: The score above which a place counts as found.
+        threshold: The score that the places were held against in this step.
         points: (N, 3) elements of the CLIP map in `map` [m].
         frames: (N,) int32, numbers of the frames that show the elements. An embedding takes time,
             so the newest are seldom of this frame.

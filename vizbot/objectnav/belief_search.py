@@ -98,6 +98,7 @@ class BeliefSearch:
         self._aim: _Aim | None = None
         self._previous: Navigation | None = None
         self._steps = 0
+        self._threshold = self._search.sure
         self.answer_xy: NDArray[np.float64] | None = None
 
     def belief_of(self, goal: Goal, question: Query) -> Belief:
@@ -132,6 +133,10 @@ class BeliefSearch:
         probabilities[rows, columns] *= np.where(away.min(axis=1) <= APART, REFUTED, 1.0)
         return replace(belief, probabilities=probabilities)
 
+    def threshold(self, goal: Goal) -> float:
+        """Probability that the newest decision for a goal was held against; before one, `sure`."""
+        return self._threshold if goal is self._goal else self._search.sure
+
     def go(self, goal: Goal, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """Do one step.
 
@@ -145,9 +150,16 @@ class BeliefSearch:
             self._goal, self._steps = goal, 0
             self._looks, self._aim, self.answer_xy = Looks(), None, None
         self._steps += 1
-        costmap = self._costmap.update(grid)
+        decision = self._decide(belief, grid, T_map_base)
+        assert decision.threshold is not None
+        self._threshold = decision.threshold
+        return decision
+
+    def _decide(self, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+        """Compare all that can be done now, and choose."""
+        costmap, sure = self._costmap.update(grid), self._sure
         self._ways.update(costmap, T_map_base[:2, 3])
-        closing = self._close_in(belief, self.sure, costmap, T_map_base)
+        closing = self._close_in(belief, sure, costmap, T_map_base)
         if closing is not None:
             return closing
         while options := [
@@ -163,11 +175,11 @@ class BeliefSearch:
                 activity = "exploring" if exploring else "looking closer"
                 self._previous = navigation
                 why = "" if exploring else _seen_far_off(option, T_map_base)
-                return Decision(navigation.twist, activity, navigation, exploring, why=why)
+                return Decision(navigation.twist, activity, navigation, exploring, sure, why=why)
             if navigation is not None and option.kind == "place" and self._aim is not None:
                 self._aim.looking += 1
                 if self._aim.looking <= LOOK_STEPS:
-                    return Decision(STOP, "making sure", navigation)
+                    return Decision(STOP, "making sure", navigation, threshold=sure)
             self._aim = None
             if option.kind == "place":
                 self._looks.add(option.xy, T_map_base[:2, 3])
@@ -190,7 +202,8 @@ class BeliefSearch:
             xy = places_xy[i]
             if not sees(costmap, here, fronts_xy[i], resolution):
                 continue
-            if probabilities[i] < sure and not self._aims_at("stop", xy):
+            threshold = kept if self._aims_at("stop", xy) else sure
+            if probabilities[i] < threshold:
                 continue
             side = seen_from[i] if known[i] else None
             navigation = self._navigate(xy, self.REACH, costmap, T_map_base, side)
@@ -202,17 +215,18 @@ class BeliefSearch:
             self._previous = navigation
             if not navigation.arrived:
                 why = f"{probabilities[i]:.0%} sure of what is near by"
-                return Decision(navigation.twist, "closing in", navigation, why=why)
+                twist = navigation.twist
+                return Decision(twist, "closing in", navigation, threshold=threshold, why=why)
             aim.looking += 1
             if aim.looking <= LOOK_STEPS:
-                return Decision(STOP, "making sure", navigation)
+                return Decision(STOP, "making sure", navigation, threshold=threshold)
             self.answer_xy = xy
-            reason = f"{probabilities[i]:.0%} sure, from near by"
-            return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
+            ended = Outcome.ARRIVED, f"{probabilities[i]:.0%} sure, from near by"
+            return Decision(STOP, "arrived", navigation, threshold=threshold, ended=ended)
         return None
 
     @property
-    def sure(self) -> float:
+    def _sure(self) -> float:
         """Probability from which a place is believed now."""
         return self._at_now(self._search.sure, self._search.settled, self._search.last)
 
@@ -241,10 +255,11 @@ class BeliefSearch:
             navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base, seen_from)
             if navigation is not None and not navigation.arrived:
                 self._previous = navigation
-                return Decision(navigation.twist, "going back", navigation)
+                return Decision(navigation.twist, "going back", navigation, threshold=least)
         share = self._frontiers.seen_share or 0.0
         reason = f"{share:.0%} of what can be reached was seen, and nothing there is likely enough"
-        return Decision(STOP, "nothing left to try", ended=(Outcome.NOT_FOUND, reason))
+        ended = Outcome.NOT_FOUND, reason
+        return Decision(STOP, "nothing left to try", threshold=least, ended=ended)
 
     def _place_options(self, belief: PlaceBelief, costmap: Costmap) -> list[Option]:
         """The likeliest places that can be looked at, apart from one another."""
