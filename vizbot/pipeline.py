@@ -24,6 +24,7 @@ from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Out
 from vizbot.core.place_scores import Measure
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 from vizbot.current_map import CurrentMap
+from vizbot.objectnav import reasons
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.candidates import believed_places, most_similar_places, scores_of
 from vizbot.objectnav.odometer import Odometer
@@ -312,7 +313,7 @@ class Pipeline:
             and not isinstance(search, PaperSearch)
             and (turn := self.map.look_around.twist(T_map_base))
         ):
-            return Decision(turn, "looking around")
+            return Decision(turn, "looking around", why=reasons.AROUND)
         if not isinstance(task, Goal):
             return self.map.exploration.decide(grid, T_map_base)
         if isinstance(search, PaperSearch):

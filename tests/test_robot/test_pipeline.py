@@ -15,6 +15,7 @@ from vizbot.config import GyroSettlingConfig
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, ImuSamples, Twist
+from vizbot.objectnav import reasons
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.session.place_answers import find_places
 from vizbot.perception.perception import Perception
@@ -25,6 +26,7 @@ def test_the_robot_first_turns_once_around(pipeline_on):
     steps = ticks(pipeline_on(base, look_around=True), 60)
     turning = [step.activity == "looking around" for step in steps]
     first_other = turning.index(False)
+    assert {step.why for step in steps[:first_other]} == {reasons.AROUND}
     assert not any(turning[first_other:])
     turned = sum(twist.angular for twist in base.driven[:first_other]) * PERIOD
     assert 2 * np.pi - 0.1 < turned < 2 * np.pi + 0.6  # it brakes when it has been around

@@ -13,13 +13,17 @@ from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import OccupancyGrid
+from vizbot.objectnav import reasons
 from vizbot.objectnav.belief_search import HELD, LOOK_STEPS, BeliefSearch
+from vizbot.objectnav.exploration import Exploration
 from vizbot.objectnav.looks import SPOTS_APART
+from vizbot.objectnav.search_parts import SearchParts
 from vizbot.objectnav.tasks import Goal
 
 CONFIG = Config()
 SEEN_FROM = 3.0, 2.0
 """Where the camera stood when it saw the places of a belief."""
+HERE = planar(3.6, 2.0, 0.0)
 SOFA, TV = (Goal(text, np.ones(4, np.float32), 0.5) for text in ("sofa", "tv"))
 
 
@@ -156,6 +160,33 @@ def test_the_last_place_is_shown_beside_what_is_enough_at_the_end():
     held = [decision.threshold for decision in looking if decision.activity == "making sure"][-1]
     assert held == last.threshold == search.threshold(SOFA) == HELD * settings.last
     assert search.threshold(TV) == settings.sure
+
+
+def test_every_step_says_why_until_the_search_ends():
+    grid, frontiers = room()
+    belief, place = believed(at={(5.1, 2.1): 0.45}), (5.1, 2.1)
+    *decisions, _ = walked(BeliefSearch(CONFIG, frontiers), belief, grid, HERE, place)
+    whys = {decision.activity: decision.why for decision in decisions}
+    assert {*whys} == {"looking closer", "making sure", "closing in"}
+    assert all(decision.why for decision in decisions)
+    assert whys["closing in"] == reasons.SURE.format(chance="45%")
+    without_looks = BeliefSearch(CONFIG, frontiers, SearchParts(most_looks=0))
+    decision = without_looks.go(SOFA, belief, grid, planar(1.1, 2.1, 0.0))
+    may_be = reasons.MAY_BE.format(away=4, chance="45%")
+    assert (decision.activity, decision.why) == ("going back", f"{reasons.ALL_TRIED}; {may_be}")
+
+
+def test_why_it_goes_to_a_frontier_is_said_by_what_is_there_until_it_goes_elsewhere():
+    grid, frontiers = room(explored=False)
+    search = BeliefSearch(CONFIG, frontiers)
+    first = search.go(SOFA, believed(), grid, HERE)
+    assert first.exploring and first.why == f"{reasons.LITTLE_LEFT}; {reasons.NOTHING_SEEN}"
+    exploration = Exploration(CONFIG)
+    exploration.frontiers = frontiers
+    assert exploration.decide(grid, HERE).why == reasons.MOST_FOR_THE_WAY
+    later = search.go(SOFA, believed(at={(5.1, 2.1): 0.04}), grid, HERE)
+    less_worth = reasons.LESS_WORTH.format(chance="4%")
+    assert later.why == f"{reasons.LITTLE_LEFT}; {less_worth}"
 
 
 def test_the_end_in_vain_is_shown_beside_what_would_have_been_enough():

@@ -7,6 +7,7 @@ robot says that it has arrived where a place near by, seen from near, is believe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -25,6 +26,7 @@ from nav.way_field import WayField
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
+from vizbot.objectnav import reasons
 from vizbot.objectnav.frontier_options import FrontierOptions, Option
 from vizbot.objectnav.looks import APART, RINGS, Looks
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
@@ -52,12 +54,14 @@ class _Aim:
         xy: (2,) where that is, in `map` [m].
         spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
         looking: Steps for which the robot has stood before it, facing it.
+        advantage: Of the frontier over the other ones when it was chosen, in words; else empty.
     """
 
     kind: str
     xy: NDArray[np.float64]
     spot_xy: NDArray[np.float64] | None = None
     looking: int = 0
+    advantage: str = ""
 
 
 class BeliefSearch:
@@ -174,12 +178,13 @@ class BeliefSearch:
                 exploring = option.kind == "frontier"
                 activity = "exploring" if exploring else "looking closer"
                 self._previous = navigation
-                why = "" if exploring else _seen_far_off(option, T_map_base)
+                why = self._why(option, options, T_map_base)
                 return Decision(navigation.twist, activity, navigation, exploring, sure, why=why)
             if navigation is not None and option.kind == "place" and self._aim is not None:
                 self._aim.looking += 1
                 if self._aim.looking <= LOOK_STEPS:
-                    return Decision(STOP, "making sure", navigation, threshold=sure)
+                    why = reasons.near_by(option.probability, sure=False, standing=True)
+                    return Decision(STOP, "making sure", navigation, threshold=sure, why=why)
             self._aim = None
             if option.kind == "place":
                 self._looks.add(option.xy, T_map_base[:2, 3])
@@ -213,13 +218,14 @@ class BeliefSearch:
             if aim is None or not self._aims_at("stop", xy):
                 aim = self._aim = _Aim("stop", xy)
             self._previous = navigation
-            if not navigation.arrived:
-                why = f"{probabilities[i]:.0%} sure of what is near by"
+            standing = navigation.arrived
+            why = reasons.near_by(float(probabilities[i]), sure=True, standing=standing)
+            if not standing:
                 twist = navigation.twist
                 return Decision(twist, "closing in", navigation, threshold=threshold, why=why)
             aim.looking += 1
             if aim.looking <= LOOK_STEPS:
-                return Decision(STOP, "making sure", navigation, threshold=threshold)
+                return Decision(STOP, "making sure", navigation, threshold=threshold, why=why)
             self.answer_xy = xy
             ended = Outcome.ARRIVED, f"{probabilities[i]:.0%} sure, from near by"
             return Decision(STOP, "arrived", navigation, threshold=threshold, ended=ended)
@@ -254,8 +260,12 @@ class BeliefSearch:
             seen_from = belief.seen_from[rows, columns]
             navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base, seen_from)
             if navigation is not None and not navigation.arrived:
+                assert navigation.goal is not None
                 self._previous = navigation
-                return Decision(navigation.twist, "going back", navigation, threshold=least)
+                probability = float(belief.probabilities[rows, columns][navigation.goal])
+                why = reasons.going_back(navigation.goal_xy, probability, T_map_base)
+                twist = navigation.twist
+                return Decision(twist, "going back", navigation, threshold=least, why=why)
         share = self._frontiers.seen_share or 0.0
         reason = f"{share:.0%} of what can be reached was seen, and nothing there is likely enough"
         ended = Outcome.NOT_FOUND, reason
@@ -331,6 +341,14 @@ class BeliefSearch:
             reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
         return self._navigate(option.xy, reach, costmap, T_map_base, option.seen_from)
 
+    def _why(self, option: Option, options: Sequence[Option], T_map_base: SE3) -> str:
+        """Why the robot is on its way to one of the options, in words."""
+        if option.kind == "place":
+            return reasons.looking_closer(option, T_map_base)
+        assert self._aim is not None
+        self._aim.advantage = self._aim.advantage or reasons.advantage_of(option, options)
+        return reasons.exploring(self._aim.advantage, options)
+
     def _aims_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
         """Whether this is what the robot does now; as more is seen, the point of it moves."""
         aim = self._aim
@@ -372,11 +390,3 @@ def _fronts(
     length = np.linalg.norm(back, axis=1)
     back *= (np.minimum(extent, length) / np.maximum(length, 1e-9))[:, None]
     return np.where(known[:, None], fronts_xy, places_xy + back), known
-
-
-def _seen_far_off(option: Option, T_map_base: SE3) -> str:
-    """What a place that is looked at closer is taken for, in one line."""
-    away = float(np.linalg.norm(option.xy - T_map_base[:2, 3]))
-    from_where = "from another side" if option.spot_xy is not None else "from near by"
-    seen = f"something {away:.0f} m away may be it ({option.probability:.0%})"
-    return f"{seen}; {from_where} it tells more"

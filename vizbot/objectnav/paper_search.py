@@ -32,6 +32,7 @@ from nav.costmap import Costmap, LiveCostmap
 from nav.navigator import GoalPoints, Navigation, explore_distant, navigate
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
+from vizbot.objectnav import reasons
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.perception.sightings import Sightings
 
@@ -164,11 +165,13 @@ class PaperSearch:
         navigation, theta = action.navigation, action.theta
         self._previous, self._held = navigation, (goal, theta)
         if action.element is None:
-            return Decision(navigation.twist, "exploring", navigation, True, theta)
+            why = reasons.none_above(theta)
+            return Decision(navigation.twist, "exploring", navigation, True, theta, why=why)
+        similarity = float(sightings.similarities[action.element])
         if not navigation.arrived:
             activity = "going to what was found"
-            return Decision(navigation.twist, activity, navigation, threshold=theta)
+            why = reasons.above(similarity, theta, lowered=theta < goal.threshold)
+            return Decision(navigation.twist, activity, navigation, threshold=theta, why=why)
         self._answer = action.element
-        reason = f"similarity {sightings.similarities[action.element]:.3f}, within reach"
-        ended = Outcome.ARRIVED, reason
+        ended = Outcome.ARRIVED, f"similarity {similarity:.3f}, within reach"
         return Decision(STOP, "arrived", navigation, threshold=theta, ended=ended)

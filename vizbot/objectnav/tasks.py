@@ -89,7 +89,7 @@ class Decision:
         navigation: The way that the twist is part of; None without one.
         exploring: Whether that way leads into the unknown.
         threshold: The score that the places of the goal were held against; None where none were.
-        why: Why this is done, in one line; empty where it needs no saying.
+        why: Why this is done, as in `Step`; empty where it needs no saying.
         ended: How the task ended in this step, and why in one line; None while it goes on.
     """
 
