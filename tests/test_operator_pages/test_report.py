@@ -245,6 +245,17 @@ def test_events_and_rates_are_told_with_their_time(step, tmp_path):
     assert "<th>steps per second<td>2.00" in page and 'class="curve rate"' in page
 
 
+def test_why_it_does_what_it_does_is_told_where_more_than_numbers_changes(step, tmp_path):
+    report = Report(tmp_path, None)
+    closer = "something {} m away may be it ({}%); from near by it tells more"
+    whys = closer.format(5, 30), closer.format(4, 35), "what is near by is likely enough (85%)", ""
+    for index, why in enumerate(whys):
+        report.on_step(replace(step, index=index, why=why))
+    page = report.finish({}).read_text()
+    events = re.findall(r"<td>(\d)<td>looking closer(.*)", page)
+    assert events == [("0", f": {whys[0]}"), ("2", f": {whys[2]}"), ("3", "")]
+
+
 def test_only_a_lost_and_a_found_place_are_told_of_tracking(step, tmp_path):
     report = Report(tmp_path, None)
     course = (Tracking.TRACKING, Tracking.WHEELS_ONLY, Tracking.LOST, Tracking.LOST,
