@@ -163,7 +163,8 @@ def points_of(page, curve):
 
 
 def test_the_score_of_the_answer_stands_beside_what_was_enough(step, tmp_path):
-    assert "<th>probability (32% is enough)" in told(step, tmp_path)
+    assert "seen from near by\n  <br><span" in (page := told(step, tmp_path))
+    assert ">32% was enough at the end<" in page
 
 
 def test_the_patch_that_was_found_is_boxed_in_its_picture(step, tmp_path):
