@@ -84,8 +84,8 @@ def test_a_spoilt_list_of_questions_is_refused_with_its_name(tmp_path, text):
         read_questions(questions(tmp_path, text))
 
 
-def answer(text, similarity, distance, exists=True):
-    return MarkedAnswer(text, exists, similarity, 0.5, distance, 0.75)
+def answer(text, score, distance, exists=True):
+    return MarkedAnswer(text, exists, score, 0.5, distance, 0.75)
 
 
 ANSWERS = (
@@ -98,10 +98,14 @@ ANSWERS = (
 )
 
 
+def answers_of(recording, model, kind="probability"):
+    return RecordingAnswers(recording, model, "a toy", 2, kind, ANSWERS)
+
+
 def test_right_is_within_the_radius_and_believed_is_over_the_threshold():
     assert [a.right for a in ANSWERS] == [True, True, False, False, False, False]
     assert [a.believed for a in ANSWERS] == [True, False, True, False, True, False]
-    outcome = questions_result(RecordingAnswers("walk", "tiny", "a toy", 2, ANSWERS))
+    outcome = questions_result(answers_of("walk", "tiny"))
     assert outcome.summary == {
         "questions": 4, "right": 0.5, "found": 0.25, "absent": 2, "refused": 0.5,
     }  # fmt: skip
@@ -111,23 +115,35 @@ def test_right_is_within_the_radius_and_believed_is_over_the_threshold():
 def test_the_page_shows_the_newest_answers_of_each_recording(tmp_path):
     store = Store(tmp_path / "answers.jsonl", RecordingAnswers)
     for name, model in (("walk", "old"), ("flat", "one"), ("walk", "new")):
-        store.add("key", "c0ffee", "2 cores", RecordingAnswers(name, model, "", 2, ANSWERS))
+        store.add("key", "c0ffee", "2 cores", answers_of(name, model))
     page = questions_page(tmp_path, tmp_path / "questions.md")
     assert page.count("## ") == 2 and "c0ffee" in page
     assert "asked with new." in page and "asked with old." not in page
 
 
-def test_a_recording_is_mapped_asked_and_its_answers_kept(recording, tmp_path):
+@pytest.mark.parametrize("kind", ["probability", "similarity"])
+def test_page_and_rows_name_scores_as_what_they_are(tmp_path, kind):
+    store = Store(tmp_path / "answers.jsonl", RecordingAnswers)
+    store.add("key", "c0ffee", "2 cores", answers_of("walk", "tiny", kind))
+    page = questions_page(tmp_path, tmp_path / "questions.md")
+    assert f"| {kind} | has to exceed |" in page
+    assert ("by which the robot of that commit decided" in page) == (kind == "similarity")
+    assert questions_result(answers_of("walk", "tiny", kind)).rows[0]["score"] == 0.6
+
+
+@pytest.mark.parametrize(("method", "kind"), [("belief", "probability"), ("paper", "similarity")])
+def test_a_recording_is_mapped_asked_and_its_answers_kept(recording, tmp_path, method, kind):
     path = questions(
         tmp_path,
         '[[question]]\ntext = "sofa"\nmarks = [{frame = 0, pixel = [80, 60]}]\n'
         '[[question]]\ntext = "dog"\n',
     )
-    config = Config(clip="embedded")
+    config = Config.model_validate({"clip": "embedded", "objectnav": {"method": method}})
     outcome = bench.run_questions(recording, path, config, tmp_path / "out")
     [kept] = Store(tmp_path / "out" / "answers.jsonl", RecordingAnswers).all()
     assert [a.exists for a in kept.result.answers] == [True, False]
-    assert kept.result.frames == 2 and kept.result.model.startswith("embedded")
+    assert (kept.result.frames, kept.result.score_kind) == (2, kind)
+    assert kept.result.model.startswith("embedded")
     assert questions_result(kept.result) == outcome
     (recording / "groundtruth.txt").unlink()
     with pytest.raises(ConfigError, match=r"groundtruth\.txt is missing"):

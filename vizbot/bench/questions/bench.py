@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +33,8 @@ from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig, open_encoder
 
 NAME = "questions"
+ScoreKind = Literal["probability", "similarity"]
+"""What an answer is decided by; by the method `paper` the similarity of question and place."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,15 +44,15 @@ class MarkedAnswer:
     Attributes:
         text: The question.
         exists: Whether there is such a thing.
-        similarity: Similarity of the best place, -1 to 1; None where there is none.
-        threshold: Similarity above which the robot takes it for the thing.
+        score: What the robot decides by, of the best place; None where there is none.
+        threshold: Score above which the robot takes it for the thing.
         distance: Distance from the nearest marked point [m]; None without a thing or a place.
         radius: Largest distance that is right [m].
     """
 
     text: str
     exists: bool
-    similarity: float | None
+    score: float | None
     threshold: float
     distance: float | None
     radius: float
@@ -62,7 +65,7 @@ class MarkedAnswer:
     @property
     def believed(self) -> bool:
         """Whether the robot takes the place for the thing."""
-        return self.similarity is not None and self.similarity > self.threshold
+        return self.score is not None and self.score > self.threshold
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +77,7 @@ class RecordingAnswers:
         model: Identity of the encoder, as maps name it.
         notice: What the encoder says of itself; empty for none.
         frames: Number of frames.
+        score_kind: What the scores are: probabilities, 0 to 1, or cosines, -1 to 1.
         answers: One for each question.
     """
 
@@ -81,6 +85,7 @@ class RecordingAnswers:
     model: str
     notice: str
     frames: int
+    score_kind: ScoreKind
     answers: tuple[MarkedAnswer, ...]
 
 
@@ -111,7 +116,12 @@ def run_questions(sequence: Path, questions: Path, config: Config, folder: Path)
         for question, points in zip(asked, places, strict=True)
     )
     result = RecordingAnswers(
-        sequence.resolve().name, encoder.model_id, encoder.notice or "", len(stamps), answers
+        sequence.resolve().name,
+        encoder.model_id,
+        encoder.notice or "",
+        len(stamps),
+        "similarity" if config.objectnav.method == "paper" else "probability",
+        answers,
     )
     asked_by = hashlib.sha256(questions.read_bytes()).hexdigest()[:12]
     key = f"{key_of_robot('vizbot/bench/questions')}-{key_of_settings(config)}-{asked_by}"
@@ -160,15 +170,15 @@ def _answer(
 ) -> MarkedAnswer:
     goal = goal_of(encoder, question.text)
     answer = find_places(bundle, goal, encoder.log_odds, config.objectnav)
-    distance, similarity = None, None
+    distance, score = None, None
     if answer.places:
         best = answer.places[0]
-        similarity = round(best.score, 4)
+        score = round(best.score, 4)
         if len(points):
             there = transform(T_world_map, np.array([best.position]))[0]
             distance = round(float(np.linalg.norm(points - there, axis=1).min()), 2)
     return MarkedAnswer(
-        question.text, bool(len(points)), similarity, answer.threshold, distance, question.radius
+        question.text, bool(len(points)), score, answer.threshold, distance, question.radius
     )
 
 
@@ -179,14 +189,14 @@ def questions_result(result: RecordingAnswers) -> BenchResult:
     right = Rate.over(answer.right for answer in exist)
     found = Rate.over(answer.right and answer.believed for answer in exist)
     refused = Rate.over(not answer.believed for answer in absent)
-    header = ("question", "similarity", "enough", "off [m]", "right within [m]",
+    header = ("question", result.score_kind, "has to exceed", "off [m]", "right within [m]",
               "first place", "the robot says")  # fmt: skip
     table = markdown_table(header, [_table_row(answer) for answer in result.answers])
     notes = [
         f"{result.recording}, {result.frames} frames, mapped and asked with {result.model}."
         + (f" {result.notice[0].upper()}{result.notice[1:]}." if result.notice else ""),
-        f"First place right: {fraction_with_interval(right)}; right, and similar enough for the"
-        f" robot: {fraction_with_interval(found)}. Of things that are not there refused:"
+        f"First place right: {fraction_with_interval(right)}; right, and the robot believes"
+        f" it: {fraction_with_interval(found)}. Of things that are not there refused:"
         f" {fraction_with_interval(refused)}.",
     ]
     summary: dict[str, object] = {
@@ -198,7 +208,7 @@ def questions_result(result: RecordingAnswers) -> BenchResult:
     }
     rows: list[dict[str, object]] = [
         {"row": answer.text, "right": answer.right, "believed": answer.believed,
-         "distance": answer.distance, "similarity": answer.similarity}
+         "distance": answer.distance, "score": answer.score}
         for answer in result.answers
     ]  # fmt: skip
     return BenchResult(NAME, rows, summary, "\n\n".join([*notes, table]))
@@ -208,7 +218,7 @@ def _table_row(answer: MarkedAnswer) -> Sequence[object]:
     first = ("right" if answer.right else "wrong") if answer.exists else "there is none"
     return [
         answer.text,
-        answer.similarity,
+        answer.score,
         f"{answer.threshold:.2f}",
         answer.distance,
         f"{answer.radius:g}" if answer.exists else None,

@@ -16,6 +16,8 @@ pictures ([the questions of the walk through an office](questions/hololens_offic
 
 The embedded encoder was trained on simulated homes alone. It is there for rehearsals, and on real
 pictures not to be relied on: this is how far it goes."""
+_BY_SIMILARITY = """The scores are similarities, -1 to 1, by which the robot of that commit decided.
+Today's decides by probabilities, and by similarities with the method `paper` alone."""
 
 
 def questions_page(folder: Path, page: Path) -> str:
@@ -32,5 +34,8 @@ def questions_page(folder: Path, page: Path) -> str:
         return ""
     parts = [_TITLE]
     for name, line in newest.items():
-        parts += [f"## {name}", f"Commit {line.commit}.", questions_result(line.result).text]
+        parts += [f"## {name}", f"Commit {line.commit}."]
+        if line.result.score_kind == "similarity":
+            parts.append(_BY_SIMILARITY)
+        parts.append(questions_result(line.result).text)
     return "\n\n".join([*parts, ""])
