@@ -89,6 +89,18 @@ def test_failures_and_goals_in_a_row_are_told(folder):
     assert cells(in_a_row, "default")[:5] == ["1", "1", "1", "1", "1"]
 
 
+def test_distinct_models_of_goals_are_counted_where_they_are_recorded(tmp_path, folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    assert "distinct models" not in search_page(folder, folder / "search.md")
+    models = (("bed", "one"), ("bed", "own shape: bed 1040-0-0 of boards"), ("sofa", "one"))
+    Store(tmp_path / "homes.jsonl", HomeGoals).add(
+        "newer", "c0ffee", "2 cores", *(HomeGoals(home, GOALS, models) for home in HOMES)
+    )
+    text = search_page(folder, folder / "search.md")
+    assert cells(text, "bed")[:4] == ["2", "2", "1", "1"]
+    assert cells(text, "sofa")[:4] == ["2", "1", "0", "1"]
+
+
 def test_the_difference_of_spl_is_over_common_goals_alone():
     ours = [driven(each, way=5.0) for each in EPISODES]
     theirs = [driven(each, way=10.0) for each in EPISODES[:5]]

@@ -68,8 +68,8 @@ def models_section(homes: Sequence[HomeGoals]) -> str:
         " stays the same; every shape of our own is a model, named by the seed that drew it."
         f" Development drove in homes {HELD_OUT} to {FIRST_IN_TURN - 1} and {DEVELOPMENT[0]} to"
         f" {DEVELOPMENT[-1]}: all models that the catalogue holds out count as seen, and so do the"
-        f" shapes of those homes. The shapes of other homes from {FIRST_IN_TURN} on have a range of"
-        " seeds of their own, from which development has seen none."
+        f" shapes of those homes. The shapes of other homes from {FIRST_IN_TURN} on are drawn for"
+        " one home each, from a range of seeds of their own: none of them counts as seen."
     )
     if single:
         text += f" Of these goals a single model was seen: {', '.join(single)}."

@@ -22,7 +22,7 @@ from vizbot.bench.harness.tables import (
     percent_range,
 )
 from vizbot.bench.objectnav import multi_goal
-from vizbot.bench.objectnav.home_tables import homes_table
+from vizbot.bench.objectnav.home_tables import homes_table, models_section
 from vizbot.bench.objectnav.single_goal import DEFAULT, NAME
 
 OLD = "old"
@@ -71,7 +71,7 @@ def search_page(folder: Path, page: Path) -> str:
         parts += ["## Without its parts, on a fifth of the goals"]
         parts += [_table(rows, without), _differences(rows, without)]
     parts += [_in_a_row(folder), "## Failures", _failures(rows[DEFAULT])]
-    parts += ["## Homes", homes_table(homes)]
+    parts += ["## Homes", homes_table(homes), models_section(homes)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
