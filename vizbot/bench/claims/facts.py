@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -103,6 +104,7 @@ def _multi(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
     facts = _made(lines)
     for number, rate in enumerate(at_least_rates(results), start=1):
         facts[f"at_least_{number}"] = rate_facts(rate)
+    facts["of_home"] = Counter(result.episode.home for result in results)
     facts["within_reach"] = rate_facts(within_reach(results))
     facts["all"] = rate_facts(Rate.over(result.success for result in results), over_homes)
     return facts
