@@ -7,7 +7,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.helpers.checkout import ROOT
 from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.bench.harness.store import Store
 from vizbot.bench.slam import homes as slam_homes
@@ -151,15 +150,6 @@ def test_rows_that_were_kept_without_errors_at_the_end_of_a_fault_are_read(tmp_p
     del row["fault_error"], row["fault_turn"]
     path.write_text(json.dumps(row))
     assert Store(path, LapResult).results_with_key("key") == [result(1000, AS_RECORDED)]
-
-
-def test_the_page_shows_the_table_of_the_kept_rows():
-    kept = Store(ROOT / "docs/results/rows/slam/homes.jsonl", LapResult).fullest()
-    rows = [stored.result for stored in kept]
-    outcome = lap_scores.laps_result(tuple(FAULTS), rows, [start(0)], False)
-    page = (ROOT / "docs/results/slam.md").read_text()
-    assert outcome.text.partition("\n\n")[0] in page
-    assert f"{outcome.summary['closures']} loops are closed" in page
 
 
 def test_the_bounds_of_true_covariances_close_in_on_six():
