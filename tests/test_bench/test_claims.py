@@ -1,6 +1,7 @@
 """Figures of README and pages against the kept rows: what agrees, and each way to disagree."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -121,6 +122,30 @@ def test_rows_become_rates_in_percent_and_pairs(tmp_path):
     other = facts["scoreboard"]["objectnav-scale-1"]
     assert other["default_against"] == {"wins": 2, "losses": 0, "p": 0.5}
     assert facts["walk"]["results"]["rows"][0]["error"] == 0.1
+
+
+def test_default_rows_of_two_folders_are_paired_where_they_share_episodes(tmp_path):
+    for folder, homes, failed in (("one", range(5), 3), ("two", range(1, 6), 1), ("far", [9], 9)):
+        file = tmp_path / folder / "objectnav-default.jsonl"
+        results = [episode(1100 + i, "sofa", i != failed) for i in homes]
+        Store(file, EpisodeResult).add("key", "c0ffee", "2 cores", *results)
+    facts = kept_facts(tmp_path)
+    against = facts["one"]["objectnav-default"]["against"]
+    assert against == {"two": {"wins": 1, "losses": 1, "p": 1.0}}
+    assert facts["far"]["objectnav-default"]["against"] == {}
+
+
+def test_episodes_of_several_goals_are_counted_by_home_and_by_goals_in_a_row(tmp_path):
+    reached, missed = (episode(1100, "sofa", success).goals[0] for success in (True, False))
+    runs = [
+        replace(episode(home, "sofa", True), episode=Episode(home, ("sofa",) * 4), goals=goals)
+        for home, goals in ((1100, (reached,) * 4), (1100, (reached, missed)), (1101, (missed,)))
+    ]
+    Store(tmp_path / "few" / "multi-default.jsonl", EpisodeResult).add("key", "c0", "2", *runs)
+    facts = kept_facts(tmp_path)["few"]["multi-default"]
+    assert facts["of_home"] == {1100: 2, 1101: 1}
+    assert [facts[f"at_least_{n}"]["count"] for n in (1, 2, 3, 4)] == [2, 1, 1, 1]
+    assert (facts["all"]["count"], facts["all"]["of"]) == (1, 3)
 
 
 def test_every_figure_of_this_repository_is_what_its_rows_say(monkeypatch):

@@ -32,7 +32,8 @@ def kept_facts(rows: Path) -> Facts:
     """Figures of all kept rows, by the folder and the file that hold them.
 
     A file `scoreboard/objectnav-default.jsonl` becomes `["scoreboard"]["objectnav-default"]`;
-    a JSON file comes as it is.
+    a JSON file comes as it is. Default rows are paired with those of the other folders that have
+    episodes of theirs, by folder, under `against`.
 
     Args:
         rows: Folder of the kept rows.
@@ -65,6 +66,13 @@ def kept_facts(rows: Path) -> Facts:
             for row in inner.values():
                 if "reached" in row:
                     row["default_against"] = _paired(inner[DEFAULT]["reached"], row["reached"])
+    defaults = {name: inner[DEFAULT] for name, inner in facts.items() if DEFAULT in inner}
+    for name, row in defaults.items():
+        row["against"] = {
+            other: _paired(row["reached"], theirs["reached"])
+            for other, theirs in defaults.items()
+            if other != name and row["reached"].keys() & theirs["reached"].keys()
+        }
     return facts
 
 
