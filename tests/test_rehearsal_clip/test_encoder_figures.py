@@ -4,12 +4,17 @@ import json
 from hashlib import sha256
 
 import pytest
+from safetensors.numpy import load_file
 
 from sim_stubs.clip.encoder import load_embedded_clip
 from sim_stubs.clip.model_files import WEIGHTS
-from sim_stubs.clip.training.captions.synonyms import WITHHELD_SYNONYMS
+from sim_stubs.clip.training.captions.phrasing import WITHHELD_PHRASINGS
+from sim_stubs.clip.training.captions.spoken_phrasing import SPOKEN
+from sim_stubs.clip.training.captions.synonyms import TRAINED_SYNONYMS, WITHHELD_SYNONYMS
+from sim_stubs.clip.training.captions.unrelated_words import CAPTION_WORDS
 from sim_stubs.clip.training.evaluation import WITHHELD_WAYS
-from sim_stubs.homes.vocabulary import GROUPS, ROOMS, THINGS
+from sim_stubs.clip.word_table import TABLE
+from sim_stubs.homes.vocabulary import COLOURS, GROUPS, MATERIALS, ROOMS, THINGS
 from tests.helpers.checkout import ROOT
 
 ROWS = ROOT / "docs/results/rows/encoder"
@@ -42,6 +47,19 @@ def test_the_kept_figures_are_those_of_the_shipped_weights(kept):
 
 
 def test_the_page_counts_what_the_encoder_knows(page):
-    assert f"{len(THINGS) + len(GROUPS)} kinds of things and {len(ROOMS)} rooms" in " ".join(
-        page.split()
-    )
+    text = " ".join(page.split())
+    weights = load_file(WEIGHTS / "model.safetensors").values()
+    nouns = sum(not line.startswith("#") for line in TABLE.read_text().splitlines())
+    for said in (
+        f"{sum(each.size for each in weights) / 1e6:.1f} million weights",
+        f"{(WEIGHTS / 'model.safetensors').stat().st_size / 1e6:.0f} MB in 16 bits",
+        f"{len(THINGS) + len(GROUPS)} kinds of things and {len(ROOMS)} rooms",
+        f"{len(WITHHELD_SYNONYMS) + len(TRAINED_SYNONYMS)} synonyms of them",
+        f"{len(COLOURS)} colours, {len(MATERIALS)} materials",
+        f"all {len(THINGS) + len(GROUPS) + len(ROOMS)} bare names",
+        f"A fifth of the {len(SPOKEN)} phrasings",
+        f"the {len(WITHHELD_PHRASINGS)} phrasings that the first stage withheld",
+        f"some {round(nouns, -2):,} nouns",
+        f"the {len(CAPTION_WORDS)} that training presented as never shown",
+    ):
+        assert said in text

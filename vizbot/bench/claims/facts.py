@@ -24,6 +24,9 @@ from vizbot.bench.slam.relocalisation import StartResult
 DEFAULT = "objectnav-default"
 """The row that the others of its folder are paired with."""
 
+_WEAKEST = 8
+"""Number of the weakest phrasings of the embedded encoder that its page names."""
+
 Facts = dict[str, Any]
 """Names and figures, nested; rates are in percent."""
 
@@ -32,8 +35,8 @@ def kept_facts(rows: Path) -> Facts:
     """Figures of all kept rows, by the folder and the file that hold them.
 
     A file `scoreboard/objectnav-default.jsonl` becomes `["scoreboard"]["objectnav-default"]`;
-    a JSON file comes as it is. Default rows are paired with those of the other folders that have
-    episodes of theirs, by folder, under `against`.
+    a JSON file comes as it is, those of `encoder` with what follows from it. Default rows are
+    paired, under `against`, with those of the other folders that share episodes with them.
 
     Args:
         rows: Folder of the kept rows.
@@ -49,6 +52,8 @@ def kept_facts(rows: Path) -> Facts:
             inner = inner.setdefault(part, {})
         if path.suffix == ".json":
             inner[path.stem] = json.loads(path.read_text(encoding="utf-8"))
+            if folder.name == "encoder":
+                inner[path.stem] |= _encoder(inner[path.stem])
         elif path.stem.startswith("multi-"):
             inner[path.stem] = _multi(Store(path, EpisodeResult).fullest())
         elif path.stem == "retrieval-queries":
@@ -173,6 +178,22 @@ def _fault_totals(folder: Path) -> Facts:
         "maps_lost": totals.maps_lost,
         "strayed": totals.strayed,
         "astray_most": max((s.astray_max or 0.0 for s in scores), default=0.0),
+    }
+
+
+def _encoder(kept: Facts) -> Facts:
+    """What the page says of an examination of the embedded encoder beside its own figures."""
+    names, phrasings = kept["bare_names"], kept["phrasings_withheld"]["each"]
+    weakest = sorted(phrasings.items(), key=lambda phrasing: float(phrasing[1]))[:_WEAKEST]
+    patches = [patches for patches, _ in kept["combinations"]["each"].values()]
+    return {
+        "bare_percent": 100 * sum(names.values()) / len(names),
+        "bare_classes": len(names),
+        "weakest": ", ".join(f'"{phrasing}" {share:.2f}' for phrasing, share in weakest),
+        "synonyms_asked": len(kept["synonyms"]["each"]),
+        "absent_reaching": len(kept["absent_words"]["reaching"]),
+        "fewest_patches": min(patches),
+        "most_patches": max(patches),
     }
 
 
