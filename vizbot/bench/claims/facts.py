@@ -24,19 +24,18 @@ from vizbot.bench.slam.relocalisation import StartResult
 DEFAULT = "objectnav-default"
 """The row that the others of its folder are paired with."""
 
-_WEAKEST = 8
-"""Number of the weakest phrasings of the embedded encoder that its page names."""
-
 Facts = dict[str, Any]
 """Names and figures, nested; rates are in percent."""
+_WEAKEST = 8
+"""Number of the weakest phrasings of the embedded encoder that its page names."""
 
 
 def kept_facts(rows: Path) -> Facts:
     """Figures of all kept rows, by the folder and the file that hold them.
 
     A file `scoreboard/objectnav-default.jsonl` becomes `["scoreboard"]["objectnav-default"]`;
-    a JSON file comes as it is, those of `encoder` with what follows from it. Default rows are
-    paired, under `against`, with those of the other folders that share episodes with them.
+    a JSON file comes as it is, some with what follows from it. Default rows are paired, under
+    `against`, with those of the other folders that share episodes with them.
 
     Args:
         rows: Folder of the kept rows.
@@ -54,6 +53,8 @@ def kept_facts(rows: Path) -> Facts:
             inner[path.stem] = json.loads(path.read_text(encoding="utf-8"))
             if folder.name == "encoder":
                 inner[path.stem] |= _encoder(inner[path.stem])
+            elif "against" in inner[path.stem] and "rows" in inner[path.stem]:
+                inner[path.stem] |= _two_commits(inner[path.stem]["rows"])
         elif path.stem.startswith("multi-"):
             inner[path.stem] = _multi(Store(path, EpisodeResult).fullest())
         elif path.stem == "retrieval-queries":
@@ -195,6 +196,13 @@ def _encoder(kept: Facts) -> Facts:
         "fewest_patches": min(patches),
         "most_patches": max(patches),
     }
+
+
+def _two_commits(rows: Sequence[Facts]) -> Facts:
+    """Mean processor time of a tick here and there [ms], over the homes of `bench loop`."""
+    of_homes = [row for row in rows if "home" in row]
+    names = ("here_processor_ms", "there_processor_ms")
+    return {name: sum(row[name] for row in of_homes) / len(of_homes) for name in names}
 
 
 def _scales(scales: tuple[int, ...]) -> str:
