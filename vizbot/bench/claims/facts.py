@@ -119,6 +119,9 @@ def _multi(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
     for number, rate in enumerate(at_least_rates(results), start=1):
         facts[f"at_least_{number}"] = rate_facts(rate)
     facts["of_home"] = Counter(result.episode.home for result in results)
+    facts["asked_for"] = Counter(goal.text for result in results for goal in result.goals)
+    facts["ended_at"] = Counter(r.goals[-1].text for r in results if not r.success)
+    facts["ended"] = facts["ended_at"].total()
     facts["within_reach"] = rate_facts(within_reach(results))
     facts["all"] = rate_facts(Rate.over(result.success for result in results), over_homes)
     return facts
