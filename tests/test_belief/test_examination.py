@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from vizbot.bench.fast_world import examination
+from vizbot.bench.fast_world.curves import COLOURS
 from vizbot.bench.fast_world.examination import (
     HELD_OUT,
     WALKS,
@@ -18,7 +19,7 @@ from vizbot.bench.fast_world.examination import (
     platt,
 )
 from vizbot.bench.fast_world.fit import HOMES, SeenHome
-from vizbot.bench.fast_world.page import COLOURS, FILE, PICTURE, belief_page, write_belief_picture
+from vizbot.bench.fast_world.page import FILE, PICTURE, belief_page, write_belief_picture
 from vizbot.bench.fast_world.views import HEADINGS
 
 VIEWS = 5

@@ -13,7 +13,7 @@ from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import OccupancyGrid
-from vizbot.objectnav import reasons
+from vizbot.objectnav import belief_search, reasons
 from vizbot.objectnav.belief_search import HELD, LOOK_STEPS, BeliefSearch
 from vizbot.objectnav.exploration import Exploration
 from vizbot.objectnav.looks import SPOTS_APART
@@ -265,6 +265,30 @@ def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on():
     assert search.go(TV, others, grid, before).activity == "making sure"
     asked_again = stepped(search, search.unless_refuted(SOFA, belief), grid, before, LOOK_STEPS + 1)
     assert asked_again.ended is None
+
+
+def test_a_place_that_is_exactly_as_likely_as_is_enough_is_believed():
+    grid, frontiers = room()
+    settings = CONFIG.objectnav.search
+    steady = settings.model_copy(update={"settled": settings.sure, "last": settings.sure})
+    objectnav = CONFIG.objectnav.model_copy(update={"search": steady})
+    search = BeliefSearch(CONFIG.model_copy(update={"objectnav": objectnav}), frontiers)
+    belief = believed(at={(5.1, 2.1): settings.sure})
+    assert search.go(SOFA, belief, grid, planar(3.3, 2.1, 0.0)).activity == "closing in"
+
+
+@pytest.mark.parametrize(("away", "believed_less"), [(0.75, True), (0.76, False)])
+def test_no_takes_belief_from_all_that_is_as_near_as_one_place(away, believed_less, monkeypatch):
+    monkeypatch.setattr(belief_search, "APART", 0.75)  # a binary number: the edge is exact
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief = believed(at={(5.1, 2.1): 0.8})
+    search.go(SOFA, belief, grid, HERE)
+    rows, columns = np.nonzero(belief.probabilities)
+    search.answer_xy = belief.xy(rows, columns)[0] - (away, 0.0)
+    search.refute()
+    left = search.unless_refuted(SOFA, belief).probabilities[rows, columns]
+    assert (left < 0.8) == believed_less
 
 
 def test_what_is_not_worth_its_way_is_not_tried_and_the_end_says_how_much_was_seen():

@@ -1,4 +1,4 @@
-"""Mutants of the instruments: small changes to the benches, the scorer and the search.
+"""Mutants of the instruments: small changes to benches, scorer, search and belief.
 
 `python -m tests.tools.mutants RESULTS.jsonl` draws them in equal parts from all comparisons,
 constants, conditions and returned verdicts, and runs the test files that match each one in a
@@ -25,8 +25,12 @@ from typing import Annotated
 import pytest
 import typer
 
-FOLDERS = ("vizbot/bench", "sim_stubs/scoring", "vizbot/objectnav")
-PICTURES = ("vizbot/bench/slam/drawing.py", "vizbot/bench/objectnav/episode_pictures.py")
+FOLDERS = ("vizbot/bench", "sim_stubs/scoring", "vizbot/objectnav", "mapping/clip")
+PICTURES = (
+    "vizbot/bench/slam/drawing.py",
+    "vizbot/bench/objectnav/episode_pictures.py",
+    "vizbot/bench/fast_world/curves.py",
+)
 """Modules that only draw: people look at what they make, and no result depends on it."""
 KINDS = ("comparison", "constant", "condition", "verdict")
 MOST_FILES, LONGEST = 3, 300.0
