@@ -357,8 +357,11 @@ def looping(session):
 def test_an_arrival_is_told_in_the_state_with_its_picture_until_another_search(http, session):
     assert http.get("/pictures/arrival.jpg").status_code == 404
     number = arrived(session)
-    told = {"number": number, "text": "sofa", "seconds": 50.0, "way": 12.34, "has_picture": True}
-    assert http.get("/state").json()["arrival"] == told | {"confirmed": None}
+    told = {"number": number, "text": "sofa", "headline": "Found the sofa after 50 s, 12 m"}
+    told |= {"seconds": 50.0, "way": 12.34, "has_picture": True, "confirmed": None}
+    assert http.get("/state").json()["arrival"] == told
+    [ended] = http.get("/state").json()["goals"]
+    assert ended["headline"] == told["headline"]
     picture = http.get("/pictures/arrival.jpg")
     assert picture.content == b"\xff\xd8 a sofa" and picture.headers["cache-control"] == "no-store"
     session.on_step(replace(step(1), goal="", scores=None))

@@ -87,6 +87,9 @@ class TaskState(BaseModel):
     """From 1, in the order in which tasks were asked for."""
     text: str
     """What is to be done, as a person says it."""
+    headline: str | None
+    """How the search for a goal ended, in words: "Found the sofa after 50 s, 12 m"; null before its
+    end, and for what is no search."""
     outcome: Outcome | None
     """How the task ended; null before its end."""
     reason: str
@@ -109,6 +112,8 @@ class ArrivalState(BaseModel):
     """Of the task."""
     text: str
     """What was asked for."""
+    headline: str
+    """The outcome in words, as of the task."""
     seconds: float | None
     """What the search took, by the clock of the run [s]."""
     way: float | None

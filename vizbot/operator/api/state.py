@@ -103,6 +103,7 @@ def _task(task: QueuedTask) -> dict[str, object]:
     return {
         "number": task.number,
         "text": task.text,
+        "headline": task.headline,
         "outcome": task.outcome,
         "reason": task.reason if over else "",
         "position": task.position,
@@ -116,6 +117,7 @@ def _arrival(arrival: Arrival | None) -> dict[str, object] | None:
     return {
         "number": arrival.number,
         "text": arrival.report.text,
+        "headline": arrival.report.headline,
         "has_picture": arrival.picture is not None,
         "confirmed": arrival.confirmed,
         **_effort(arrival.report.effort),

@@ -5,8 +5,7 @@
  * @typedef {object} Arrival
  * @property {number} number Of the task.
  * @property {string} text
- * @property {number | null} seconds
- * @property {number | null} way [m]
+ * @property {string} headline The outcome in words.
  * @property {boolean} has_picture
  * @property {boolean | null} confirmed What somebody has said.
  */
@@ -37,7 +36,7 @@ export function createArrivalCard(requests, who) {
       if (arrival.has_picture) image.src = `/pictures/arrival.jpg?task=${arrival.number}`;
       image.alt = `What it took for “${arrival.text}”, in a green box`;
     }
-    setText(byId("arrival-title"), `Arrived at “${arrival.text}”${effortText(arrival)}`);
+    setText(byId("arrival-title"), arrival.headline);
     setText(byId("arrival-question"), refusal || questionText(arrival.confirmed));
     byId("arrival-answers").hidden = arrival.confirmed !== null;
   }
@@ -53,16 +52,6 @@ export function createArrivalCard(requests, who) {
   byId("arrival-yes").addEventListener("click", () => judge(true));
   byId("arrival-no").addEventListener("click", () => judge(false));
   return { update };
-}
-
-/**
- * What a search took, to stand after a word; empty where it is not known.
- *
- * @param {{seconds: number | null, way: number | null}} effort
- */
-export function effortText({ seconds, way }) {
-  if (seconds === null || way === null) return "";
-  return ` after ${Math.round(seconds)}\u00a0s, ${way.toFixed(way < 10 ? 1 : 0)}\u00a0m`;
 }
 
 /** @param {boolean | null} confirmed */

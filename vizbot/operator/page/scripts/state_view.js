@@ -5,11 +5,10 @@
  * @typedef {object} TaskState
  * @property {number} number
  * @property {string} text
+ * @property {string | null} headline How a search ended, in words.
  * @property {string | null} outcome
  * @property {string} reason
  * @property {[number, number, number] | null} position Where the goal was found, on the map [m].
- * @property {number | null} seconds What the search took.
- * @property {number | null} way What the robot drove for it [m].
  * @typedef {object} Base
  * @property {string} mode
  * @property {number | null} battery
