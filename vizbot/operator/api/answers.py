@@ -124,6 +124,23 @@ class ArrivalState(BaseModel):
     """Whether somebody says that it is what was asked for; null before."""
 
 
+class CandidateState(BaseModel):
+    """The place that the robot goes up to because it may be the goal."""
+
+    model_config = _DESCRIBED
+
+    number: int
+    """The same as long as it is one place."""
+    text: str
+    """What is searched for."""
+    headline: str
+    """What the robot says of the place: "I see something like a sofa"."""
+    position: Point
+    """x, y in `map` [m]."""
+    confirmed: bool
+    """Whether somebody has said to go there."""
+
+
 class BaseReport(BaseModel):
     """The newest sensor values of the base."""
 
@@ -208,6 +225,8 @@ class RobotState(BaseModel):
     """Null without a base, or before it has reported."""
     arrival: ArrivalState | None
     """Null before the robot has arrived anywhere, and once another search or map has begun."""
+    candidate: CandidateState | None
+    """Null where the robot goes up to nothing that may be the goal."""
     log: list[LogLine]
     """Oldest line first."""
     run: str | None
