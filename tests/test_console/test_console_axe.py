@@ -25,6 +25,12 @@ def arrived(page, robot):
     says(page, "#arrival-title", TITLE)
 
 
+def going_up_to_something(page, robot):
+    robot.approach((3.0, 2.5), chair())
+    robot.session.ask(["yellow chair"])
+    says(page, "#candidate-title", "I see something like a yellow chair")
+
+
 def stopped(page, robot):
     page.keyboard.press("Space")
     says(page, "#activity", "Stopped")
@@ -36,7 +42,9 @@ def misunderstood(page, robot):
     page.locator("#answer:not(:empty)").wait_for()
 
 
-STATES = (looking, searching, driving, arrived, stopped, misunderstood)
+STATES = (
+    looking, searching, driving, going_up_to_something, arrived, stopped, misunderstood
+)  # fmt: skip
 PAGES = {
     "desktop": {"viewport": {"width": 1280, "height": 800}},
     "desktop, by night": {"viewport": {"width": 1280, "height": 800}, "color_scheme": "dark"},

@@ -91,6 +91,9 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         page.locator("#goal").fill("yellow chair")
         page.keyboard.press("Enter")
         until(page, lambda: "position" in state() and moved((0.0, 0.0), 0.5))
+        says(page, "#candidate-title", "I see something like a yellow chair")
+        seen = page.locator("#candidate-picture")
+        until(page, lambda: seen.evaluate("one => one.naturalWidth") > 100)
         snapshot(page, "asked")
         page.locator("#goals li.good", has_text="Found the yellow chair after").wait_for()
 

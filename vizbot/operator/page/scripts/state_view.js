@@ -30,7 +30,8 @@
  * @property {string | null} wheel Who drives by hand.
  * @property {TaskState[]} goals Those that are over first, then the running one, then the waiting.
  * @property {Base | null} base
- * @property {import("./arrival_card.js").Arrival | null} arrival Where it has arrived last.
+ * @property {import("./place_cards.js").Arrival | null} arrival Where it has arrived last.
+ * @property {import("./place_cards.js").Candidate | null} candidate What it goes up to.
  * @property {LogLine[]} log
  * @property {string | null} run Its folder, on the robot's machine.
  * @property {number | null} step
