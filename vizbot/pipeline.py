@@ -24,6 +24,7 @@ from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Out
 from vizbot.core.place_scores import Measure
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame, Twist
 from vizbot.current_map import CurrentMap
+from vizbot.objectnav import reasons
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.candidates import believed_places, most_similar_places, scores_of
 from vizbot.objectnav.odometer import Odometer
@@ -271,7 +272,7 @@ class Pipeline:
             distance_to_go=None if navigation is None else navigation.distance,
             scores=None if seen is None else scores_of(seen),
             measure=self._measure,
-            threshold=self._enough(goal, decision),
+            threshold=self._threshold(goal, decision),
             points=points,
             frames=perception.clip_map.elements.frames,
             boxes=perception.clip_map.elements.boxes,
@@ -313,7 +314,7 @@ class Pipeline:
             and not isinstance(search, PaperSearch)
             and (turn := self.map.look_around.twist(T_map_base))
         ):
-            return Decision(turn, "looking around")
+            return Decision(turn, "looking around", why=reasons.AROUND)
         if not isinstance(task, Goal):
             return self.map.exploration.decide(grid, T_map_base)
         if isinstance(search, PaperSearch):
@@ -343,13 +344,15 @@ class Pipeline:
         by_paper = isinstance(self.map.search, PaperSearch)
         return Measure.SIMILARITY if by_paper else Measure.PROBABILITY
 
-    def _enough(self, goal: Goal | None, decision: Decision) -> float:
-        """The score from which a place counts as found in this step; 0 without a goal."""
+    def _threshold(self, goal: Goal | None, decision: Decision) -> float:
+        """The score that places were held against in this step; 0 without a goal.
+
+        Where something more urgent was due, it is that of the newest step of the search.
+        """
         if goal is None:
             return 0.0
-        if isinstance(self.map.search, BeliefSearch):
-            return self.map.search.sure
-        return goal.threshold if decision.threshold is None else decision.threshold
+        decided = decision.threshold
+        return self.map.search.threshold(goal) if decided is None else decided
 
     def _drive(self, task: Errand, decision: Decision, tracked: _TrackedFrame) -> Twist | None:
         """Begin the motion of a step; None where others drive."""
@@ -371,11 +374,22 @@ class Pipeline:
 
         The reason ends with how the encoder understood the words, where that needs saying.
         """
+        threshold = self.map.search.threshold(goal)
+        return self._reported(goal, outcome, reason, threshold)
+
+    def _reported(self, goal: Goal, outcome: Outcome, reason: str, threshold: float) -> GoalReport:
+        """Tell the observers how a goal ended, its best place held against a threshold."""
         reason = reason if goal.note is None else f"{reason}; {goal.note}"
         arrived = outcome is Outcome.ARRIVED
-        candidates = self._candidates(goal, arrived=arrived)
-        effort = self._odometer.effort(goal)
-        report = GoalReport(goal.text, outcome, reason, candidates, self._measure, effort)
+        report = GoalReport(
+            goal.text,
+            outcome,
+            reason,
+            self._candidates(goal, arrived=arrived),
+            self._measure,
+            self._odometer.effort(goal),
+            threshold,
+        )
         self._observers.on_goal(report)
         return report
 
@@ -429,9 +443,9 @@ class Pipeline:
         least = goal.threshold if config.method == "paper" else config.found
         enough = f"{self._measure} {self._measure.text(least)}"
         if candidates and candidates[0].score > least:
-            return self.report(goal, Outcome.LOCATED, f"above the {enough}")
+            return self._reported(goal, Outcome.LOCATED, f"above the {enough}", least)
         reason = f"the best place on the map is not above the {enough}"
-        return self.report(goal, Outcome.NOT_FOUND, reason)
+        return self._reported(goal, Outcome.NOT_FOUND, reason, least)
 
     def _candidates(self, goal: Goal, *, arrived: bool = False) -> tuple[Candidate, ...]:
         """The best places for a goal; that where the robot has arrived comes first."""

@@ -173,6 +173,7 @@ class Recorder:
             "way": None if effort is None else round(effort.way, 2),
             "position": None if best is None else [round(float(v), 3) for v in best.position],
             "score": None if best is None else round(best.score, 4),
+            "threshold": None if report.threshold is None else round(report.threshold, 4),
             "confirmed": self._verdicts.get(report),
         }
 

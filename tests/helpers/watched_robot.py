@@ -24,6 +24,8 @@ from vizbot.core.types import (
     RGBDFrame,
     Tracking,
 )
+from vizbot.objectnav import reasons
+from vizbot.objectnav.frontier_options import Option
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.session.session import OperatorSession
 
@@ -72,6 +74,10 @@ class HeldMap:
     def begin_map(self, kept):
         self.begun.append(kept)
         self.keep_out = () if kept is None else kept.keep_out
+
+
+LONG_WHY = reasons.exploring(reasons.MOST_ALIKE, [Option("place", np.zeros(2), 0.07, 1.0)])
+"""One of the longest reasons there are."""
 
 
 def first_step():
@@ -183,7 +189,8 @@ class WatchedRobot:
                     asked = None
                 goal = "" if asked is None else asked.text
                 step = replace(step, index=step.index + 1, goal=goal, grid=self._grid)
-                step = replace(step, activity="exploring" if goal else "mapping")
+                activity, why = ("exploring", LONG_WHY) if goal else ("mapping", "")
+                step = replace(step, activity=activity, why=why)
                 step = replace(step, candidate_xy=self._approached if goal else None)
                 self.session.on_step(step)
             ticks += 1

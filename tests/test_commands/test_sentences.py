@@ -1,14 +1,17 @@
 """A sentence means the same, whichever way it comes in."""
 
+from dataclasses import replace
+
 import httpx
 import pytest
 
-from tests.helpers.served import served
+from tests.helpers.served import served, step
 from vizbot.commands import launch, remote
 from vizbot.commands.dispatch import obey
 from vizbot.commands.sentences import parse_goals, parse_texts
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome
+from vizbot.objectnav import reasons
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.language.command import ComeBack, GoTo
@@ -188,6 +191,26 @@ def test_a_robot_that_speaks_german_answers_in_it(capsys):
     accepted, taken, answer = capsys.readouterr().out.splitlines()
     assert accepted == "gefragt: fahr zu kitchen, dann komm zurück"
     assert taken == "küche: kitchen" and answer.startswith("Ich fahre zu Dingen und Zimmern")
+
+
+@pytest.mark.parametrize(
+    ("language", "question", "answer"),
+    [
+        ("en", "what are you doing?", "exploring, for: sofa, since no other unseen place is"
+         " reached sooner; no place seen so far is worth a closer look; after that: bed"),
+        ("de", "Was machst du?", "ich erkunde, für: sofa, denn keine andere ungesehene Stelle ist"
+         " schneller zu erreichen; keine Stelle, die ich gesehen habe, lohnt einen näheren Blick;"
+         " danach: bed"),
+    ],
+)  # fmt: skip
+def test_what_it_does_is_answered_with_why(capsys, language, question, answer):
+    session, why = OperatorSession(), reasons.exploring(reasons.NEAREST, [])
+    session.ask(["sofa", "bed"])
+    with served(session, language=language) as server, RobotClient(server.url, None) as client:
+        session.on_step(replace(step(0), why=why))
+        remote.ask(client, [question], at_once=False, wait=False)
+        assert client.state()["why"] == why
+    assert capsys.readouterr().out == f"{answer}\n"
 
 
 def test_a_dry_run_takes_german_goals(capsys):

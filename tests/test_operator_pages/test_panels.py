@@ -7,11 +7,13 @@ import pytest
 from tests.helpers.boxes import askew_corners, askew_room
 from tests.helpers.served import scored, step
 from vizbot.core.geometry import planar
+from vizbot.objectnav import reasons
 from vizbot.operator.figures.panels import (
     LARGE,
     THUMBNAIL,
     TILE,
     MapView,
+    board,
     candidates,
     panel,
     thumbnail,
@@ -37,6 +39,28 @@ def test_likely_places_are_red_and_unlikely_ones_pale_where_they_are():
         np.testing.assert_array_equal(
             colour_at(picture, view, elsewhere), colour_at(plain, view, elsewhere)
         )
+
+
+def test_a_frame_of_the_video_says_below_the_pictures_what_is_done_and_why():
+    plain = replace(step(0), why="")
+    drawn = board(plain, NO_TRACK)
+    said = {
+        "what is done": replace(plain, activity="looking closer"),
+        "what is enough": replace(plain, threshold=0.55),
+        "why": replace(plain, why="little else is left to see; no place is worth a closer look"),
+    }
+    below = 2 * TILE[1]
+    for name, changed in said.items():
+        rows, columns = np.nonzero((board(changed, NO_TRACK) != drawn)[below:].any(axis=2))
+        assert len(rows), name
+        assert (rows.min() > 32) == (name == "why"), "why has a line of its own"
+        assert columns.max() < drawn.shape[1] - 10
+
+
+def test_every_reason_fits_under_the_pictures():
+    longest = f"{reasons.MOST_ALIKE}; {reasons.LESS_WORTH.format(chance='100%')}"
+    lines = board(replace(step(0), why=longest), NO_TRACK)[2 * TILE[1] + 34 :]
+    assert (lines[:, :40] < 255).any() and (lines[:, -8:] == 255).all()
 
 
 def test_zones_are_tinted_where_they_are():

@@ -140,7 +140,12 @@ def told(step, tmp_path, steps=5, **changes):
         report.on_step(replace(step, index=index, frame=frame, **changes))
     report.on_goal(
         GoalReport(
-            step.goal, Outcome.ARRIVED, "seen from near by", (CANDIDATE,), effort=Effort(50.0, 12.3)
+            step.goal,
+            Outcome.ARRIVED,
+            "seen from near by",
+            (CANDIDATE,),
+            effort=Effort(50.0, 12.3),
+            threshold=0.32,
         )
     )
     return report.finish({"steps": steps}).read_text()
@@ -155,6 +160,11 @@ def picture_of(page, alt):
 def points_of(page, curve):
     points = re.findall(rf'class="{curve}" points="([^"]+)"', page)[0]
     return np.array([point.split(",") for point in points.split()], np.float64)
+
+
+def test_the_score_of_the_answer_stands_beside_what_was_enough(step, tmp_path):
+    assert "seen from near by\n  <br><span" in (page := told(step, tmp_path))
+    assert ">32% was enough at the end<" in page
 
 
 def test_the_patch_that_was_found_is_boxed_in_its_picture(step, tmp_path):
@@ -244,6 +254,17 @@ def test_events_and_rates_are_told_with_their_time(step, tmp_path):
     page = report.finish({}).read_text()
     assert "<td>0.0<td>0<td>exploring" in page and "<td>1.0<td>2<td>going" in page
     assert "<th>steps per second<td>2.00" in page and 'class="curve rate"' in page
+
+
+def test_why_it_does_what_it_does_is_told_where_more_than_numbers_changes(step, tmp_path):
+    report = Report(tmp_path, None)
+    closer = "something {} m away may be it ({}%); from near by it tells more"
+    whys = closer.format(5, 30), closer.format(4, 35), "what is near by is likely enough (85%)", ""
+    for index, why in enumerate(whys):
+        report.on_step(replace(step, index=index, why=why))
+    page = report.finish({}).read_text()
+    events = re.findall(r"<td>(\d)<td>looking closer(.*)", page)
+    assert events == [("0", f": {whys[0]}"), ("2", f": {whys[2]}"), ("3", "")]
 
 
 def test_only_a_lost_and_a_found_place_are_told_of_tracking(step, tmp_path):

@@ -192,7 +192,7 @@ def test_plots_and_events_tell_the_numbers_and_what_happened(recorded):
     lost = replace(standing(0).estimate, tracking=Tracking.LOST)
     answer = Candidate(np.array([0.5, 0.0, 0.4]), 0.2, 0, BOX[0])
     path = recorded(
-        standing(0),
+        replace(standing(0), why="little else is left to see"),
         replace(standing(1), command=Twist(0.2, -0.5), activity="going", estimate=lost),
         reports=[GoalReport("sofa", Outcome.LOCATED, "similar", (answer,))],
     )
@@ -203,7 +203,7 @@ def test_plots_and_events_tell_the_numbers_and_what_happened(recorded):
     ):  # fmt: skip
         assert at(path, f"plots/{name}", 1)["Scalars:scalars"] == pytest.approx([number], abs=1e-6)
     assert [row["TextLog:text"][0] for row in rows(path, "events")] == [
-        "goal: sofa", "exploring", "it has lost its place", "going",
+        "goal: sofa", "exploring: little else is left to see", "it has lost its place", "going",
         "Found the sofa on the map: similar",
     ]  # fmt: skip
     assert rows(path, "events")[2]["TextLog:level"] == ["WARN"]

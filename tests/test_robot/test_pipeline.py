@@ -15,6 +15,7 @@ from vizbot.config import GyroSettlingConfig
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, ImuSamples, Twist
+from vizbot.objectnav import reasons
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.session.place_answers import find_places
 from vizbot.perception.perception import Perception
@@ -25,6 +26,7 @@ def test_the_robot_first_turns_once_around(pipeline_on):
     steps = ticks(pipeline_on(base, look_around=True), 60)
     turning = [step.activity == "looking around" for step in steps]
     first_other = turning.index(False)
+    assert {step.why for step in steps[:first_other]} == {reasons.AROUND}
     assert not any(turning[first_other:])
     turned = sum(twist.angular for twist in base.driven[:first_other]) * PERIOD
     assert 2 * np.pi - 0.1 < turned < 2 * np.pi + 0.6  # it brakes when it has been around
@@ -160,6 +162,7 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     answer = report.candidates[0]
     assert answer.score > pipeline.config.objectnav.search.last
     assert f"{answer.score:.0%} sure" in report.reason
+    assert answer.score >= step.threshold == report.threshold
     assert np.linalg.norm(answer.position[:2] - step.T_map_base[:2, 3]) <= 1.5
     of_it = (step.frames == answer.frame) & (step.boxes == answer.box).all(axis=1)
     assert np.linalg.norm(step.points[of_it][:, :2] - answer.position[:2], axis=1) < 0.5

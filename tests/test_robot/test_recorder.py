@@ -154,7 +154,7 @@ def kept_commands(recorder):
 
 def test_what_became_of_each_goal_is_kept_with_what_people_say_of_it(recorder):
     found = GoalReport("sofa", Outcome.ARRIVED, "92% sure", (), effort=Effort(50.04, 12.345))
-    wrong = GoalReport("sofa", Outcome.ARRIVED, "80% sure", ())
+    wrong = GoalReport("sofa", Outcome.ARRIVED, "80% sure", (), threshold=0.79333)
     for report in (found, wrong, GoalReport("bed", Outcome.NOT_FOUND, "nowhere", ())):
         recorder.on_goal(report)
     recorder.keep_verdict(wrong, True)
@@ -162,4 +162,5 @@ def test_what_became_of_each_goal_is_kept_with_what_people_say_of_it(recorder):
     recorder.keep_verdict(found, True)
     assert [goal["confirmed"] for goal in recorder.goals] == [True, False, None]
     assert (recorder.goals[0]["seconds"], recorder.goals[0]["way"]) == (50.0, 12.35)
+    assert [goal["threshold"] for goal in recorder.goals] == [None, 0.7933, None]
     assert json.loads(json.dumps(recorder.goals)) == recorder.goals

@@ -13,13 +13,17 @@ from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import OccupancyGrid
-from vizbot.objectnav.belief_search import AFFIRMED, HELD, LOOK_STEPS, BeliefSearch
+from vizbot.objectnav import reasons
+from vizbot.objectnav.belief_search import HELD, LOOK_STEPS, BeliefSearch
+from vizbot.objectnav.exploration import Exploration
 from vizbot.objectnav.looks import SPOTS_APART
+from vizbot.objectnav.search_parts import SearchParts
 from vizbot.objectnav.tasks import Goal
 
 CONFIG = Config()
 SEEN_FROM = 3.0, 2.0
 """Where the camera stood when it saw the places of a belief."""
+HERE = planar(3.6, 2.0, 0.0)
 SOFA, TV = (Goal(text, np.ones(4, np.float32), 0.5) for text in ("sofa", "tv"))
 
 
@@ -144,6 +148,71 @@ def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(left, arri
     assert (ended is not None and ended[0] is Outcome.ARRIVED) is arrives
 
 
+def test_the_last_place_is_shown_beside_what_is_enough_at_the_end():
+    grid, frontiers = room()
+    search, settings = BeliefSearch(CONFIG, frontiers), CONFIG.objectnav.search
+    place, before = (5.1, 2.1), planar(1.5, 2.1, 0.0)
+    decisions = walked(search, believed(at={place: settings.last + 0.05}), grid, before, place)
+    *looking, last = decisions
+    assert last.ended is not None and last.ended[0] is Outcome.ARRIVED
+    assert looking[0].activity == "looking closer"
+    assert looking[0].threshold == pytest.approx(settings.sure, abs=0.01)
+    held = [decision.threshold for decision in looking if decision.activity == "making sure"][-1]
+    assert held == last.threshold == search.threshold(SOFA) == HELD * settings.last
+    assert search.threshold(TV) == settings.sure
+
+
+def test_every_step_says_why_until_the_search_ends():
+    grid, frontiers = room()
+    belief, place = believed(at={(5.1, 2.1): 0.45}), (5.1, 2.1)
+    *decisions, _ = walked(BeliefSearch(CONFIG, frontiers), belief, grid, HERE, place)
+    whys = {decision.activity: decision.why for decision in decisions}
+    assert {*whys} == {"looking closer", "making sure", "closing in"}
+    assert all(decision.why for decision in decisions)
+    assert whys["closing in"] == reasons.SURE.format(chance="45%")
+    without_looks = BeliefSearch(CONFIG, frontiers, SearchParts(most_looks=0))
+    decision = without_looks.go(SOFA, belief, grid, planar(1.1, 2.1, 0.0))
+    may_be = reasons.MAY_BE.format(away=4, chance="45%")
+    assert (decision.activity, decision.why) == ("going back", f"{reasons.ALL_TRIED}; {may_be}")
+
+
+def test_why_it_goes_to_a_frontier_is_said_by_what_is_there_until_it_goes_elsewhere():
+    grid, frontiers = room(explored=False)
+    search = BeliefSearch(CONFIG, frontiers)
+    first = search.go(SOFA, believed(), grid, HERE)
+    assert first.exploring and first.why == f"{reasons.LITTLE_LEFT}; {reasons.NOTHING_SEEN}"
+    exploration = Exploration(CONFIG)
+    exploration.frontiers = frontiers
+    assert exploration.decide(grid, HERE).why == reasons.MOST_FOR_THE_WAY
+    later = search.go(SOFA, believed(at={(5.1, 2.1): 0.04}), grid, HERE)
+    less_worth = reasons.LESS_WORTH.format(chance="4%")
+    assert later.why == f"{reasons.LITTLE_LEFT}; {less_worth}"
+
+
+def test_the_end_in_vain_is_shown_beside_what_would_have_been_enough():
+    grid, frontiers = room()
+    search, settings = BeliefSearch(CONFIG, frontiers), CONFIG.objectnav.search
+    place, before = (5.1, 2.1), planar(1.5, 2.1, 0.0)
+    decisions = walked(search, believed(at={place: settings.last - 0.05}), grid, before, place)
+    assert decisions[-1].ended[0] is Outcome.NOT_FOUND
+    assert decisions[-1].threshold == settings.last
+
+
+def test_a_held_aim_is_shown_beside_what_it_may_fall_to():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    sure, before, at = CONFIG.objectnav.search.sure, planar(3.3, 2.1, 0.0), planar(4.3, 2.1, 0.0)
+    first = search.go(SOFA, believed(at={(5.1, 2.1): sure + 0.01}), grid, before)
+    assert (first.activity, first.threshold) == ("closing in", search._sure)
+    less = believed(at={(5.1, 2.1): 1.02 * HELD * sure})
+    held = [search.go(SOFA, less, grid, at) for _ in range(LOOK_STEPS)]
+    assert {decision.activity for decision in held} == {"making sure"}
+    assert all(decision.threshold < less.probabilities.max() < search._sure for decision in held)
+    assert held[-1].threshold == HELD * search._sure
+    arrived = search.go(SOFA, less, grid, at)
+    assert arrived.ended[0] is Outcome.ARRIVED and arrived.threshold == search.threshold(SOFA)
+
+
 def test_what_was_seen_on_the_other_side_of_a_wall_is_reached_there():
     grid, frontiers = room()
     grid.occupancy[30:, 58:61] = 1.0  # at x = 2.7 m, with a door in the south
@@ -225,8 +294,8 @@ def test_where_somebody_says_that_it_is_the_robot_goes_and_stops():
     judged = search.as_judged(SOFA, belief)
     assert judged.probabilities.max() == 1.0
     decisions = walked(search, judged, grid, before, (5.1, 2.1))
-    assert {decision.why for decision in decisions} <= {AFFIRMED, ""}
-    assert decisions[-1].ended == (Outcome.ARRIVED, AFFIRMED)
+    assert {decision.why for decision in decisions} <= {reasons.AFFIRMED, ""}
+    assert decisions[-1].ended == (Outcome.ARRIVED, reasons.AFFIRMED)
     assert np.linalg.norm(search.answer_xy - (5.1, 2.1)) < PLACE
 
     search.refute()

@@ -15,7 +15,7 @@ from tests.helpers.scripted_robot import ScriptedBase, ticks
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, OccupancyGrid
-from vizbot.objectnav import paper_search
+from vizbot.objectnav import paper_search, reasons
 from vizbot.objectnav.paper_search import REACH, PaperSearch, decide
 from vizbot.objectnav.tasks import Goal
 from vizbot.perception.sightings import Sightings
@@ -243,6 +243,7 @@ def test_one_view_is_driven_to_and_a_stop_within_reach_ends_the_search(goal):
     one = seen(element(EAST, 0.1), element(NEAR, 0.28))
     going = search.go(goal, one, grid, HERE)
     assert (going.activity, going.ended, search.answer) == ("going to what was found", None, None)
+    assert going.why == "the similarity 0.280 is above theta, 0.270"
     arrived = search.go(goal, one, grid, AT_WALL)
     assert arrived.twist == STOP and arrived.ended[0] is Outcome.ARRIVED
     assert search.answer == 1 and "0.280" in arrived.ended[1]
@@ -250,16 +251,20 @@ def test_one_view_is_driven_to_and_a_stop_within_reach_ends_the_search(goal):
 
 def test_what_was_lowered_does_not_outlive_the_step(goal):
     search, closed = PaperSearch(NAVIGATOR), two_rooms(is_open=False)
-    assert search.go(goal, seen(element(NEAR, 0.1)), closed, HERE).threshold < 0.1
+    lowered = search.go(goal, seen(element(NEAR, 0.1)), closed, HERE)
+    assert lowered.threshold < 0.1 and lowered.why.endswith(f"; {reasons.NONE_LEFT}")
     opened = search.go(goal, seen(element(NEAR, 0.1)), two_rooms(is_open=True), HERE)
-    assert opened.exploring and opened.threshold == THETA
+    assert opened.why == "nothing that can be reached is above theta, 0.270"
+    assert opened.exploring and opened.threshold == search.threshold(goal) == THETA
 
 
 def test_with_nothing_to_reach_the_goal_is_not_found(goal):
     search = PaperSearch(NAVIGATOR)
-    beyond = seen(element(FAR, 0.4, IN_OTHER_ROOM))
-    ended = search.go(goal, beyond, two_rooms(is_open=False), HERE).ended
-    assert ended is not None and ended[0] is Outcome.NOT_FOUND
+    beyond = seen(element(FAR, 0.4, IN_OTHER_ROOM), element(FAR, 0.1, IN_OTHER_ROOM))
+    assert search.threshold(goal) == THETA
+    decision = search.go(goal, beyond, two_rooms(is_open=False), HERE)
+    assert decision.ended is not None and decision.ended[0] is Outcome.NOT_FOUND
+    assert decision.threshold == search.threshold(goal) < 0.1
     assert search.go(goal, seen(), two_rooms(is_open=False), HERE).ended[0] is Outcome.NOT_FOUND
 
 

@@ -19,7 +19,7 @@ from vizbot.operator.language.language import load_language
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.intent import (
     CERTAIN,
-    DOUBT,
+    NEARLY,
     PLAIN,
     Hypothesis,
     after_wake,
@@ -211,8 +211,12 @@ def test_what_drives_and_was_not_heard_well_is_asked_back():
     assert unsure.question == 'did you say "go to kitchen"?'
     assert confirmed(unsure).question is None
     assert confirmed(unsure).command == GoTo(("kitchen",))
-    doubtful = heard([("Two chicken.", -0.3)], [("Go to the kitchen.", -0.4 - DOUBT)])
-    assert doubtful.question is not None
+    known = [("Go to the kitchen.", -0.4 - NEARLY)]
+    assert heard([("Two chicken.", -0.3)], known).question is not None
+    assert heard([("Two chicken.", -0.3), ("Go to the kitchen", -0.7)], known).question is None
+    assert heard([("Two chicken.", -0.3)], [("Where is the sink?", -1.9)]).question is None
+    forbids = [("Go to the kitchen.", -0.3), ("Don't go to the kitchen.", -0.5)]
+    assert heard(forbids, [("Go to the kitchen.", -0.3)]).question is not None
     assert heard([("Where is the kitchen?", CERTAIN - 0.1)]).question is None
     assert heard([("Stop.", CERTAIN - 0.1)]).question is None
 

@@ -1,8 +1,15 @@
 """Names of things and rooms: known, other words for them, written alike, unknown."""
 
+import ast
+import re
+
+import numpy as np
 import pytest
 
 from sim_stubs.homes.vocabulary import GROUPS, ROOMS, SYNONYMS, THINGS
+from tests.helpers.checkout import ROOT
+from vizbot.objectnav import reasons
+from vizbot.objectnav.frontier_options import Option
 from vizbot.operator.language.command import GoTo, WhereIs, goals_of
 from vizbot.operator.language.language import ENGLISH, languages, load_language
 from vizbot.operator.language.understanding import understand
@@ -117,6 +124,35 @@ def test_every_language_has_the_answers_and_the_sentences_of_english():
     for language in map(load_language, languages()):
         assert {*language.answers} == {*ENGLISH.answers}
         for answer, text in language.answers.items():
-            fields = ("goal", "text", "heard", "meant", "percent", "room", "names", "activity")
+            fields = ("goal", "text", "heard", "meant", "percent", "room", "names", "activity",
+                      "task", "why")  # fmt: skip
             for field in fields:
                 assert (f"{{{field}" in text) == (f"{{{field}" in ENGLISH.answers[answer])
+
+
+def activities():
+    """What the robot may be doing, as the sources call it."""
+    found = set()
+    for path in [*(ROOT / "vizbot/behaviours").glob("*.py"), ROOT / "vizbot/pipeline.py",
+                 *(ROOT / "vizbot/objectnav").glob("*.py")]:  # fmt: skip
+        for call in ast.walk(ast.parse(path.read_text())):
+            if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "Decision":
+                said = call.args[1]
+                found |= {said.value} if isinstance(said, ast.Constant) else set()
+    touched = {"a bump", "an edge", "a virtual wall", "a stuck wheel"}
+    others = {"starting", "exploring", "looking closer", "going to what was found"}
+    return found | others | {f"backing off after {what}" for what in touched}
+
+
+def test_what_it_does_and_why_is_said_in_german():
+    assert len(activities()) > 30
+    constants = {name: value for name, value in vars(reasons).items() if name[0].isupper()}
+    texts = {value for value in constants.values() if isinstance(value, str)}
+    clauses = texts - {reasons.CLAUSE_JOINT}
+    assert {*GERMAN.entries["doing"]} == activities() | clauses
+    for english, own in GERMAN.entries["doing"].items():
+        assert re.findall(r"{\w+}", english) == re.findall(r"{\w+}", own)
+    why = reasons.looking_closer(Option("place", np.array([3.0, 4.0]), 0.4, 4.0), np.eye(4))
+    said = "etwas in 5 m Entfernung ist es vielleicht (40%); aus der Nähe sagt es mehr"
+    assert GERMAN.doing(why) == said and ENGLISH.doing(why) == why
+    assert GERMAN.doing(f"{reasons.NEAREST}; whatever").endswith("; whatever")

@@ -16,7 +16,7 @@ _PLAIN_EVERY = 25
 
 
 class Progress:
-    """An observer that shows step, activity, best score, way to go and share seen, while entered.
+    """An observer that shows, while entered, what each step does and why, and what it knows.
 
     On a terminal the line is rewritten in place; elsewhere (a log, a pipe) every 25th is printed.
     """
@@ -55,7 +55,7 @@ class Progress:
         best = "-" if step.best_score is None else measure.text(step.best_score)
         to_go = "-" if step.distance_to_go is None else f"{step.distance_to_go:.1f} m"
         self._show(
-            f"step {self._steps:4d}{self._most}  {_short(step.goal)}: {step.activity}"
+            f"step {self._steps:4d}{self._most}  {_short(step.goal)}: {_doing(step)}"
             f"  {measure} {best} (enough: {measure.text(step.threshold)})  to go {to_go}"
             f"{_seen(step)}"
         )
@@ -72,6 +72,11 @@ class Progress:
             self._live.update(text)
         else:
             self._console.print(text, soft_wrap=True)
+
+
+def _doing(step: Step) -> str:
+    """What the robot does, and why in short."""
+    return f"{step.activity}, since {step.short_why}" if step.why else step.activity
 
 
 def _seen(step: Step) -> str:

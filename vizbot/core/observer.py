@@ -35,6 +35,8 @@ _HEADLINES = {
     Outcome.EXPLORED: "Explored {}",
     Outcome.GAVE_UP: "Gave up on {}",
 }
+CLAUSE_JOINT = "; "
+"""Between the clauses of why the robot does something."""
 _NAMED = re.compile(r"(the|a|an|my|our|your|this|that) ", re.IGNORECASE)
 """Begins a goal that takes no article."""
 
@@ -86,6 +88,8 @@ class GoalReport:
             before all others.
         measure: What their scores are.
         effort: What the search took; None where the map alone was asked.
+        threshold: The score that the places were held against at the end; None where it is not
+            known.
     """
 
     text: str
@@ -94,6 +98,7 @@ class GoalReport:
     candidates: tuple[Candidate, ...]
     measure: Measure = Measure.PROBABILITY
     effort: Effort | None = None
+    threshold: float | None = None
 
     @property
     def headline(self) -> str:
@@ -123,13 +128,14 @@ class Step:
         grid: The obstacle map.
         goal: The goal in words; empty for another task.
         activity: What the robot is doing, in plain words.
-        why: Why it does that, in one line; empty where it needs no saying.
+        why: Why it does that, in clauses with `CLAUSE_JOINT` between them, the first of which
+            stands by itself; empty where it needs no saying.
         path: (P, 2) x, y in `map` [m] still to be driven; None without one.
         target: (2,) x, y in `map` [m] of the element driven to; None while exploring.
         distance_to_go: Length of the path [m]; None without one.
         scores: What the search decides by; None without a goal.
         measure: What those scores are.
-        threshold: The score above which a place counts as found.
+        threshold: The score that the places were held against in this step.
         points: (N, 3) elements of the CLIP map in `map` [m].
         frames: (N,) int32, numbers of the frames that show the elements. An embedding takes time,
             so the newest are seldom of this frame.
@@ -178,6 +184,11 @@ class Step:
     def best_score(self) -> float | None:
         """Score of the best place; None without a goal or a place."""
         return None if self.scores is None else self.scores.best
+
+    @property
+    def short_why(self) -> str:
+        """The first clause of why."""
+        return self.why.split(CLAUSE_JOINT)[0]
 
     @property
     def keyframe_places(self) -> NDArray[np.float64]:

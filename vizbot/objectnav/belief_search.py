@@ -7,6 +7,7 @@ robot says that it has arrived where a place near by, seen from near, is believe
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -25,6 +26,7 @@ from nav.way_field import WayField
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
+from vizbot.objectnav import reasons
 from vizbot.objectnav.frontier_options import FrontierOptions, Option
 from vizbot.objectnav.looks import APART, RINGS, Looks
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
@@ -37,7 +39,6 @@ LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
-AFFIRMED = "somebody has said that this is it"
 REFUTED = 0.05
 """Factor of the probability of a place of which somebody has said that it is not it."""
 _ON_SPOT = 0.25
@@ -53,12 +54,14 @@ class _Aim:
         xy: (2,) where that is, in `map` [m].
         spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
         looking: Steps for which the robot has stood before it, facing it.
+        advantage: Of the frontier over the other ones when it was chosen, in words; else empty.
     """
 
     kind: str
     xy: NDArray[np.float64]
     spot_xy: NDArray[np.float64] | None = None
     looking: int = 0
+    advantage: str = ""
 
 
 class BeliefSearch:
@@ -100,6 +103,7 @@ class BeliefSearch:
         self._aim: _Aim | None = None
         self._previous: Navigation | None = None
         self._steps = 0
+        self._threshold = self._search.sure
         self.answer_xy: NDArray[np.float64] | None = None
 
     def belief_of(self, goal: Goal, question: Query) -> Belief:
@@ -165,6 +169,10 @@ class BeliefSearch:
         probabilities[rows, columns] = judged
         return replace(belief, probabilities=probabilities)
 
+    def threshold(self, goal: Goal) -> float:
+        """Probability that the newest decision for a goal was held against; before one, `sure`."""
+        return self._threshold if goal is self._goal else self._search.sure
+
     def go(self, goal: Goal, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """Do one step.
 
@@ -179,9 +187,16 @@ class BeliefSearch:
             self._looks, self._aim, self.answer_xy = Looks(), None, None
             self._affirmed_xy = None
         self._steps += 1
-        costmap = self._costmap.update(grid)
+        decision = self._decide(belief, grid, T_map_base)
+        assert decision.threshold is not None
+        self._threshold = decision.threshold
+        return decision
+
+    def _decide(self, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+        """Compare all that can be done now, and choose."""
+        costmap, sure = self._costmap.update(grid), self._sure
         self._ways.update(costmap, T_map_base[:2, 3])
-        closing = self._close_in(belief, self.sure, costmap, T_map_base)
+        closing = self._close_in(belief, sure, costmap, T_map_base)
         if closing is not None:
             return closing
         while options := [
@@ -196,13 +211,14 @@ class BeliefSearch:
                 exploring = option.kind == "frontier"
                 activity = "exploring" if exploring else "looking closer"
                 self._previous = navigation
-                seen = _seen_far_off(option, T_map_base)
-                why = "" if exploring else self._unless_affirmed(option.xy, seen)
-                return Decision(navigation.twist, activity, navigation, exploring, why=why)
+                why = self._why(option, options, T_map_base)
+                return Decision(navigation.twist, activity, navigation, exploring, sure, why=why)
             if navigation is not None and option.kind == "place" and self._aim is not None:
                 self._aim.looking += 1
                 if self._aim.looking <= LOOK_STEPS:
-                    return Decision(STOP, "making sure", navigation)
+                    why = reasons.near_by(option.probability, sure=False, standing=True)
+                    why = self._unless_affirmed(option.xy, why)
+                    return Decision(STOP, "making sure", navigation, threshold=sure, why=why)
             self._aim = None
             if option.kind == "place":
                 self._looks.add(option.xy, T_map_base[:2, 3])
@@ -225,7 +241,8 @@ class BeliefSearch:
             xy = places_xy[i]
             if not sees(costmap, here, fronts_xy[i], resolution):
                 continue
-            if probabilities[i] < sure and not self._aims_at("stop", xy):
+            threshold = kept if self._aims_at("stop", xy) else sure
+            if probabilities[i] < threshold:
                 continue
             side = seen_from[i] if known[i] else None
             navigation = self._navigate(xy, self.REACH, costmap, T_map_base, side)
@@ -235,20 +252,23 @@ class BeliefSearch:
             if aim is None or not self._aims_at("stop", xy):
                 aim = self._aim = _Aim("stop", xy)
             self._previous = navigation
-            if not navigation.arrived:
-                why = f"{probabilities[i]:.0%} sure of what is near by"
-                why = self._unless_affirmed(xy, why)
-                return Decision(navigation.twist, "closing in", navigation, why=why)
+            standing = navigation.arrived
+            why = reasons.near_by(float(probabilities[i]), sure=True, standing=standing)
+            why = self._unless_affirmed(xy, why)
+            if not standing:
+                twist = navigation.twist
+                return Decision(twist, "closing in", navigation, threshold=threshold, why=why)
             aim.looking += 1
             if aim.looking <= LOOK_STEPS:
-                return Decision(STOP, "making sure", navigation)
+                return Decision(STOP, "making sure", navigation, threshold=threshold, why=why)
             self.answer_xy = xy
             reason = self._unless_affirmed(xy, f"{probabilities[i]:.0%} sure, from near by")
-            return Decision(STOP, "arrived", navigation, ended=(Outcome.ARRIVED, reason))
+            ended = Outcome.ARRIVED, reason
+            return Decision(STOP, "arrived", navigation, threshold=threshold, ended=ended)
         return None
 
     @property
-    def sure(self) -> float:
+    def _sure(self) -> float:
         """Probability from which a place is believed now."""
         return self._at_now(self._search.sure, self._search.settled, self._search.last)
 
@@ -276,11 +296,16 @@ class BeliefSearch:
             seen_from = belief.seen_from[rows, columns]
             navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base, seen_from)
             if navigation is not None and not navigation.arrived:
+                assert navigation.goal is not None
                 self._previous = navigation
-                return Decision(navigation.twist, "going back", navigation)
+                probability = float(belief.probabilities[rows, columns][navigation.goal])
+                why = reasons.going_back(navigation.goal_xy, probability, T_map_base)
+                twist = navigation.twist
+                return Decision(twist, "going back", navigation, threshold=least, why=why)
         share = self._frontiers.seen_share or 0.0
         reason = f"{share:.0%} of what can be reached was seen, and nothing there is likely enough"
-        return Decision(STOP, "nothing left to try", ended=(Outcome.NOT_FOUND, reason))
+        ended = Outcome.NOT_FOUND, reason
+        return Decision(STOP, "nothing left to try", threshold=least, ended=ended)
 
     def _place_options(self, belief: PlaceBelief, costmap: Costmap) -> list[Option]:
         """The likeliest places that can be looked at, apart from one another."""
@@ -357,7 +382,15 @@ class BeliefSearch:
         affirmed_xy = self._affirmed_xy
         if affirmed_xy is None or np.linalg.norm(affirmed_xy - xy) > APART:
             return seen
-        return AFFIRMED
+        return reasons.AFFIRMED
+
+    def _why(self, option: Option, options: Sequence[Option], T_map_base: SE3) -> str:
+        """Why the robot is on its way to one of the options, in words."""
+        if option.kind == "place":
+            return self._unless_affirmed(option.xy, reasons.looking_closer(option, T_map_base))
+        assert self._aim is not None
+        self._aim.advantage = self._aim.advantage or reasons.advantage_of(option, options)
+        return reasons.exploring(self._aim.advantage, options)
 
     def _aims_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
         """Whether this is what the robot does now; as more is seen, the point of it moves."""
@@ -400,11 +433,3 @@ def _fronts(
     length = np.linalg.norm(back, axis=1)
     back *= (np.minimum(extent, length) / np.maximum(length, 1e-9))[:, None]
     return np.where(known[:, None], fronts_xy, places_xy + back), known
-
-
-def _seen_far_off(option: Option, T_map_base: SE3) -> str:
-    """What a place that is looked at closer is taken for, in one line."""
-    away = float(np.linalg.norm(option.xy - T_map_base[:2, 3]))
-    from_where = "from another side" if option.spot_xy is not None else "from near by"
-    seen = f"something {away:.0f} m away may be it ({option.probability:.0%})"
-    return f"{seen}; {from_where} it tells more"

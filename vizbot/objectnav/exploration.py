@@ -8,6 +8,7 @@ from nav.navigator import Navigation
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
+from vizbot.objectnav import reasons
 from vizbot.objectnav.tasks import Decision
 
 
@@ -41,4 +42,5 @@ class Exploration:
         if navigation is None:
             reason = "everything that can be reached was seen"
             return Decision(STOP, "nothing left to see", ended=(Outcome.EXPLORED, reason))
-        return Decision(navigation.twist, "exploring", navigation, exploring=True)
+        why = reasons.MOST_FOR_THE_WAY
+        return Decision(navigation.twist, "exploring", navigation, exploring=True, why=why)

@@ -28,6 +28,8 @@ class Option:
         spot_xy: (2,) from where a place is looked at that was looked at before; else None.
         seen_from: (2,) where the camera stood when it saw a place best; None where the robot may
             come from any side.
+        area: What is unseen behind a frontier, as far as it counts [m^2].
+        likeness: To the goal, of what was seen beside a frontier [standard deviations].
     """
 
     kind: str
@@ -36,6 +38,8 @@ class Option:
     way: float
     spot_xy: NDArray[np.float64] | None = None
     seen_from: NDArray[np.float64] | None = None
+    area: float = 0.0
+    likeness: float = 0.0
 
 
 class FrontierOptions:
@@ -85,11 +89,19 @@ class FrontierOptions:
         turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
         likeness = np.minimum(self._likeness(belief, points_xy), self.MOST_LIKENESS)
         findings = self._config.objectnav.search.findings
-        chances = 1.0 - np.exp(-findings * np.minimum(areas, self.MOST_GAIN) * np.exp(likeness))
+        areas = np.minimum(areas, self.MOST_GAIN)
+        chances = 1.0 - np.exp(-findings * areas * np.exp(likeness))
+        lengths = costs + self.TURN_WAY * turns
         return [
-            Option("frontier", xy, float(chance), float(way + self.TURN_WAY * turn))
-            for xy, chance, way, turn in zip(points_xy, chances, costs, turns, strict=True)
-            if np.isfinite(way) and chance >= self.LEAST_CHANCE
+            Option(
+                "frontier",
+                points_xy[i],
+                float(chances[i]),
+                float(lengths[i]),
+                area=float(areas[i]),
+                likeness=float(likeness[i]),
+            )
+            for i in np.flatnonzero(np.isfinite(costs) & (chances >= self.LEAST_CHANCE))
         ]
 
     def _likeness(self, belief: PlaceBelief, points_xy: NDArray[np.float64]) -> NDArray[np.float64]:

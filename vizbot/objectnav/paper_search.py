@@ -32,6 +32,7 @@ from nav.costmap import Costmap, LiveCostmap
 from nav.navigator import GoalPoints, Navigation, explore_distant, navigate
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
+from vizbot.objectnav import reasons
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.perception.sightings import Sightings
 
@@ -120,6 +121,7 @@ class PaperSearch:
         self._costmap = LiveCostmap(navigator.costmap)
         self._previous: Navigation | None = None
         self._answer: int | None = None
+        self._held: tuple[Goal, float] | None = None
 
     @property
     def answer(self) -> int | None:
@@ -129,6 +131,11 @@ class PaperSearch:
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""
         self._previous = None
+
+    def threshold(self, goal: Goal) -> float:
+        """Theta as the newest decision for a goal left it; before one, the goal's."""
+        held = self._held
+        return held[1] if held is not None and held[0] is goal else goal.threshold
 
     def go(
         self, goal: Goal, sightings: Sightings, grid: OccupancyGrid, T_map_base: SE3
@@ -151,15 +158,20 @@ class PaperSearch:
         )
         if action is None:
             self._previous = None
-            reason = "the space is closed, and nothing on the map can be reached"
-            return Decision(STOP, "nothing left to try", ended=(Outcome.NOT_FOUND, reason))
-        navigation = self._previous = action.navigation
+            theta = [goal.threshold, *lowered_thetas(goal.threshold, sightings.similarities)][-1]
+            self._held = goal, theta
+            ended = Outcome.NOT_FOUND, "the space is closed, and nothing on the map can be reached"
+            return Decision(STOP, "nothing left to try", threshold=theta, ended=ended)
+        navigation, theta = action.navigation, action.theta
+        self._previous, self._held = navigation, (goal, theta)
         if action.element is None:
-            return Decision(navigation.twist, "exploring", navigation, True, action.theta)
+            why = reasons.none_above(theta)
+            return Decision(navigation.twist, "exploring", navigation, True, theta, why=why)
+        similarity = float(sightings.similarities[action.element])
         if not navigation.arrived:
             activity = "going to what was found"
-            return Decision(navigation.twist, activity, navigation, threshold=action.theta)
+            why = reasons.above(similarity, theta, lowered=theta < goal.threshold)
+            return Decision(navigation.twist, activity, navigation, threshold=theta, why=why)
         self._answer = action.element
-        reason = f"similarity {sightings.similarities[action.element]:.3f}, within reach"
-        ended = (Outcome.ARRIVED, reason)
-        return Decision(STOP, "arrived", navigation, threshold=action.theta, ended=ended)
+        ended = Outcome.ARRIVED, f"similarity {similarity:.3f}, within reach"
+        return Decision(STOP, "arrived", navigation, threshold=theta, ended=ended)

@@ -88,8 +88,8 @@ class Decision:
         activity: What the robot is doing, in plain words.
         navigation: The way that the twist is part of; None without one.
         exploring: Whether that way leads into the unknown.
-        threshold: Theta in this step; None where it did not matter.
-        why: Why this is done, in one line; empty where it needs no saying.
+        threshold: The score that the places of the goal were held against; None where none were.
+        why: Why this is done, as in `Step`; empty where it needs no saying.
         ended: How the task ended in this step, and why in one line; None while it goes on.
     """
 

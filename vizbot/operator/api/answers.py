@@ -255,7 +255,8 @@ class RobotState(BaseModel):
     """What a score is: the probability that a place is the goal, 0 to 1, or by the method `paper`
     the similarity of what it shows, -1 to 1."""
     threshold: float | None = None
-    """Score above which a place counts as found."""
+    """What the places were held against in the newest step; 0 without a goal. It falls late in a
+    search, for a place that the robot already goes up to, and where nothing is left to try."""
     distance_to_go: float | None = None
     """Along the planned path [m]; null without one."""
 

@@ -151,15 +151,17 @@ def thumbnail(grid: OccupancyGrid) -> Image:
 
 
 def board(step: Step, track: NDArray[np.float64]) -> Image:
-    """The four pictures as one, with a line of text below: a frame of the run's video."""
+    """The four pictures as one, above what is done and why: a frame of the run's video."""
     a, b, c, d = (_titled(name, picture) for name, picture in panels(step, track).items())
     pictures = np.vstack([np.hstack([a, b]), np.hstack([c, d])])
-    line = np.full((36, pictures.shape[1], 3), 255, np.uint8)
+    lines = np.full((64, pictures.shape[1], 3), 255, np.uint8)
     text = f"{step.index:4d}  {step.goal}  |  {step.activity}"
     if step.best_score is not None:
-        text += f"  |  {step.measure} {step.measure.text(step.best_score)}"
-    _write(line, text, (10, 24), 0.55)
-    return np.vstack([pictures, line])
+        best, enough = map(step.measure.text, (step.best_score, step.threshold))
+        text += f"  |  {step.measure} {best} (enough: {enough})"
+    _write(lines, text, (10, 24), 0.55)
+    _write(lines, step.why, (10, 50), 0.55)
+    return np.vstack([pictures, lines])
 
 
 def _depth(depth: NDArray[np.float32]) -> Image:

@@ -230,8 +230,10 @@ class Dispatcher:
             return self._language.say("task_idle")
         running, *waiting = to_do
         step = self._session.newest_step()
-        activity = "starting" if step is None else step.activity
+        activity = self._language.doing("starting" if step is None else step.activity)
         task = self._language.say("task_running", activity=activity, goal=running)
+        if step is not None and step.why:
+            task = self._language.say("task_why", task=task, why=self._language.doing(step.why))
         if not waiting:
             return task
         return self._language.say("task_waiting", task=task, waiting=", ".join(waiting))

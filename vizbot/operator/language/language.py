@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from vizbot.core.errors import ConfigError
+from vizbot.core.observer import CLAUSE_JOINT
 from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.lexicon import Lexicon, english_lexicon, translating_lexicon
 from vizbot.operator.voice.phrase_grammar import Phrasing
@@ -54,6 +56,25 @@ class Language:
             fields: What stands in its places.
         """
         return self.answers[answer].format(**fields)
+
+    def doing(self, text: str) -> str:
+        """What the robot does, or why; each clause that the table `doing` lacks stays English."""
+        return CLAUSE_JOINT.join(map(self._clause, text.split(CLAUSE_JOINT)))
+
+    def _clause(self, clause: str) -> str:
+        for english, own in self._doing:
+            if found := english.fullmatch(clause):
+                return own.format(**found.groupdict())
+        return clause
+
+    @cached_property
+    def _doing(self) -> list[tuple[re.Pattern[str], str]]:
+        """What clauses look like, and how the language has them."""
+        field = re.compile(r"\\{(\w+)\\}")
+        return [
+            (re.compile(field.sub(r"(?P<\1>.+)", re.escape(english))), own)
+            for english, own in self.entries.get("doing", {}).items()
+        ]
 
 
 def languages() -> tuple[str, ...]:

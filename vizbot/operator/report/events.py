@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 from vizbot.core.observer import Step
@@ -21,12 +22,18 @@ class Event:
     warns: bool = False
 
 
+_NUMBERS = re.compile(r"\d+")
+
+
 class Events:
-    """Notices what changes from step to step: map, goal, activity, whether the robot is lost."""
+    """Notices what changes from step to step: map, goal, activity and why, tracking.
+
+    A reason whose numbers alone have changed is the same one.
+    """
 
     def __init__(self) -> None:
         self._map_number: int | None = None
-        self._goal, self._activity = "", ""
+        self._goal, self._doing = "", ("", "")
         self._lost = False
 
     def changes(self, step: Step) -> list[Event]:
@@ -41,8 +48,9 @@ class Events:
             events.append(Event("it has lost its place", warns=True))
         elif self._lost and not lost:
             events.append(Event("it knows its place again"))
-        if step.activity != self._activity:
-            events.append(Event(step.activity))
+        doing = step.activity, _NUMBERS.sub("", step.short_why)
+        if doing != self._doing:
+            events.append(Event(f"{step.activity}: {step.why}" if step.why else step.activity))
         self._map_number = step.map_number
-        self._goal, self._activity, self._lost = step.goal, step.activity, lost
+        self._goal, self._doing, self._lost = step.goal, doing, lost
         return events

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-VIDEO = (720, 566)
+VIDEO = (720, 588)
 """Width and height of the video [px]; it is in the page, which should stay small."""
 _EVERY = 2
 _RATE = 10

@@ -42,9 +42,10 @@ LOSS_OF_STOP = 1.5
 """The same where another free hypothesis is a stop."""
 CERTAIN = -1.5
 """Mean logarithm of a hypothesis below which nothing was heard well."""
-DOUBT = 1.25
-"""How much worse than that a sentence about known things may fit and still be heard well: of the
-sentences for building that fitted worse one in nine was right."""
+NEARLY = 0.5
+"""How much worse than the best free hypothesis a sentence about known things may fit and still be
+heard well where no good free hypothesis says the same: of 25 sentences for building that fitted
+worse and would have driven 15 were right."""
 PLAIN = -0.5
 """Mean logarithm of the best free hypothesis from which a plain command about something is believed
 at once: of 14 such among 80 of the sentences for building all were right."""
@@ -170,8 +171,9 @@ def choose_utterance(
         sentence about known things that fits the sound well enough, unless a free hypothesis asks
         for more and all of that is known; else the first free hypothesis that is a command, if
         possible about known things; else the words of the best hypothesis. It is not sure where
-        nothing known fits the sound, or where the best free hypothesis is a command that asks for
-        less, or fits the sound best and names another thing that is known.
+        nothing known fits the sound, where it fits badly and no good free hypothesis says the same,
+        where one of these forbids something, or where the best one is a command that asks for less,
+        or fits the sound best and names another thing that is known.
     """
     if not free:
         return Utterance("", None)
@@ -204,10 +206,12 @@ def choose_utterance(
     fuller = next((each for each in heard if each in certain and _is_fuller(each, chosen)), chosen)
     if best in certain and not best.resolved:
         fuller = best
+    alone = all(each.command != fuller.command for each in (*heard, *read(known, NEARLY)))
+    forbidden = any(each.command == Decline(Reason.NOT) for each in heard)
     nothing_fits = bool(known) and not fitting and fuller is not best
     disputed = not fits_better and _names_another(best.text, fuller, vocabulary)
     cut_short = fuller is not chosen and fuller is not best and best in certain
-    if nothing_fits or disputed or cut_short:
+    if alone or forbidden or nothing_fits or disputed or cut_short:
         fuller = replace(fuller, sure=False)
     return replace(fuller, at_once=best.at_once)  # no sentence about what is known says so
 
@@ -266,16 +270,11 @@ def _read(
             Decline(Reason.STATEMENT),
         ):  # people talk to each other, too
             command = None
-    at_once, sure = grammar.is_urgent(words), _is_sure(hypothesis.score, top)
+    at_once, sure = grammar.is_urgent(words), top >= CERTAIN or hypothesis.score >= PLAIN
     if command is None:
         return Utterance(hypothesis.text, None, at_once=at_once, sure=sure, language=language)
     meant = resolve_command(command, vocabulary, found)
     return Utterance(hypothesis.text, *meant, at_once, sure, language)
-
-
-def _is_sure(score: float, top: float) -> bool:
-    """Whether a hypothesis was heard well beside the best free one."""
-    return (top >= CERTAIN or score >= PLAIN) and score >= top - DOUBT
 
 
 def _names_another(text: str, utterance: Utterance, vocabulary: Sequence[str]) -> bool:

@@ -123,7 +123,7 @@ function detail({ stopped, wheel, goals, goal, activity, why, distance_to_go: to
   if (!running) return "Nothing is asked for.";
   const distance = toGo == null ? [] : [`${toGo.toFixed(1)} m to go`];
   const doing = capitalised([...(goal ? [plainWords(activity)] : []), ...distance].join(", "));
-  return why ? `${doing}. ${capitalised(why)}.` : doing;
+  return why ? `${doing}. ${capitalised(plainWords(why))}.` : doing;
 }
 
 /** @param {State} state */

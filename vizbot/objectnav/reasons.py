@@ -1,0 +1,109 @@
+"""Why a search does what it does, in words.
+
+A reason is one clause or more, joined by `CLAUSE_JOINT`; the first one stands by itself. Other
+languages have each clause in the table `doing` of their file, by the text that it has here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.observer import CLAUSE_JOINT
+from vizbot.core.types import SE3
+from vizbot.objectnav.frontier_options import Option
+
+AROUND = "what is all around is seen first"
+MAY_BE = "something {away} m away may be it ({chance})"
+MAY_BE_AFTER_ALL = "something {away} m away may be it after all ({chance})"
+FROM_NEAR = "from near by it tells more"
+FROM_ELSEWHERE = "from another side it tells more"
+SURE = "what is near by is likely enough ({chance})"
+NOT_SURE = "what is near by may be it ({chance})"
+AFFIRMED = "somebody has said that this is it"
+COUNTS = "the view from here is to count, too"
+ALL_TRIED = "nothing else is left to try"
+LITTLE_LEFT = "little else is left to see"
+MOST_ALIKE = "what was seen around there is most like it"
+LARGEST = "more is unseen there than elsewhere"
+NEAREST = "no other unseen place is reached sooner"
+MOST_FOR_THE_WAY = "for its way, most may be seen there"
+NOTHING_SEEN = "no place seen so far is worth a closer look"
+LESS_WORTH = "that is worth more than the likeliest place left to look at ({chance})"
+NONE_ABOVE = "nothing that can be reached is above theta, {theta}"
+ABOVE = "the similarity {score} is above theta, {theta}"
+NONE_LEFT = "nothing unseen can be reached"
+
+_ALIKE = 0.5
+"""Likeness from which what was seen beside a frontier is said to be why [standard deviations]."""
+
+
+def near_by(probability: float, *, sure: bool, standing: bool) -> str:
+    """Why the robot goes up to a place near by, or looks at it.
+
+    Args:
+        probability: That the place is the goal.
+        sure: Whether that is enough to arrive.
+        standing: Whether the robot stands before it.
+    """
+    said = (SURE if sure else NOT_SURE).format(chance=f"{probability:.0%}")
+    return f"{said}{CLAUSE_JOINT}{COUNTS}" if standing else said
+
+
+def looking_closer(option: Option, T_map_base: SE3) -> str:
+    """Why a place is gone to that may be the goal; one with a spot was looked at before."""
+    again = option.spot_xy is not None
+    clause, tells = (MAY_BE_AFTER_ALL, FROM_ELSEWHERE) if again else (MAY_BE, FROM_NEAR)
+    said = _of_place(clause, option.xy, option.probability, T_map_base)
+    return f"{said}{CLAUSE_JOINT}{tells}"
+
+
+def going_back(place_xy: NDArray[np.float64], probability: float, T_map_base: SE3) -> str:
+    """Why the robot goes to (2,) a place that it has seen before, in `map` [m]."""
+    return f"{ALL_TRIED}{CLAUSE_JOINT}{_of_place(MAY_BE, place_xy, probability, T_map_base)}"
+
+
+def exploring(advantage: str, options: Sequence[Option]) -> str:
+    """Why a frontier is gone to.
+
+    Args:
+        advantage: What it has that the other ones have not, as of `advantage_of`.
+        options: All that was compared, with it.
+    """
+    chances = [option.probability for option in options if option.kind == "place"]
+    less = LESS_WORTH.format(chance=f"{max(chances):.0%}") if chances else NOTHING_SEEN
+    return f"{advantage}{CLAUSE_JOINT}{less}"
+
+
+def advantage_of(chosen: Option, options: Sequence[Option]) -> str:
+    """What a frontier has that the other ones among the options have not."""
+    others = [each for each in options if each.kind == "frontier" and each is not chosen]
+    if not others:
+        return LITTLE_LEFT
+    if chosen.likeness > max(_ALIKE, *(each.likeness for each in others)):
+        return MOST_ALIKE
+    if chosen.area > max(each.area for each in others):
+        return LARGEST
+    if chosen.way < min(each.way for each in others):
+        return NEAREST
+    return MOST_FOR_THE_WAY
+
+
+def none_above(theta: float) -> str:
+    """Why the paper's Algorithm 1 goes to the distant point."""
+    return NONE_ABOVE.format(theta=f"{theta:.3f}")
+
+
+def above(similarity: float, theta: float, *, lowered: bool) -> str:
+    """Why the paper's Algorithm 1 goes to an element, by a theta that it may have lowered."""
+    said = ABOVE.format(score=f"{similarity:.3f}", theta=f"{theta:.3f}")
+    return f"{said}{CLAUSE_JOINT}{NONE_LEFT}" if lowered else said
+
+
+def _of_place(
+    clause: str, place_xy: NDArray[np.float64], probability: float, T_map_base: SE3
+) -> str:
+    away = float(np.linalg.norm(place_xy - T_map_base[:2, 3]))
+    return clause.format(away=f"{away:.0f}", chance=f"{probability:.0%}")
