@@ -10,7 +10,7 @@ from tests.helpers.served import scored
 from tests.helpers.served import step as standing
 from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome
 from vizbot.core.types import Tracking
-from vizbot.operator.report.report import Report
+from vizbot.operator.report.report import VIDEO, Report
 
 UNBROKEN = "chair_" * 12
 PLACES = tuple(
@@ -79,7 +79,7 @@ def test_before_it_is_played_the_video_shows_how_the_run_ended(open_page, small_
         }""",
         poster,
     )
-    assert size == [720, 566]
+    assert size == [*VIDEO]
 
 
 def cut_off(page):
