@@ -282,6 +282,7 @@ class Pipeline:
             ended=decision.ended,
             command=command,
             seen_share=self.map.exploration.frontiers.seen_share,
+            candidate_xy=None if goal is None else self._candidate_xy(decision),
         )
         self.steps += 1
         self._observers.on_step(step)
@@ -321,6 +322,13 @@ class Pipeline:
             return search.go(task, seen, grid, T_map_base)
         assert isinstance(seen, PlaceBelief)
         return search.go(task, seen, grid, T_map_base)
+
+    def _candidate_xy(self, decision: Decision) -> NDArray[np.float64] | None:
+        """The place that the search by belief goes up to; None without one."""
+        search, navigation = self.map.search, decision.navigation
+        if navigation is None or decision.exploring or isinstance(search, PaperSearch):
+            return None
+        return search.place_of(navigation)
 
     def _seen_for(self, goal: Goal) -> PlaceBelief | Sightings:
         """What the map shows of a goal, as the method of search takes it."""
@@ -385,20 +393,49 @@ class Pipeline:
         self._observers.on_goal(report)
         return report
 
-    def refute(self) -> None:
-        """Take it that the robot has not arrived at what it searched for last.
+    def refute(self, place_xy: NDArray[np.float64] | None = None) -> None:
+        """Take it that a place is not what the robot searches for, or searched for last.
 
-        That place is believed less by every search for the same words on this map.
+        The place is believed less by every search for the same words on this map.
+
+        Args:
+            place_xy: (2,) in `map` [m]; None for where the robot has arrived.
 
         Raises:
             ConfigError: the method `paper` believes nothing.
         """
+        self._believing_search().refute(place_xy)
+
+    def affirm(self, place_xy: NDArray[np.float64]) -> None:
+        """Take it that what the robot searches for is at (2,) a place in `map` [m].
+
+        Raises:
+            ConfigError: the method `paper` believes nothing.
+        """
+        self._believing_search().affirm(place_xy)
+
+    def candidate(self, place_xy: NDArray[np.float64]) -> Candidate | None:
+        """The place of the present search that is nearest to (2,) a point in `map` [m].
+
+        Returns:
+            None where nothing is searched for, or nothing was seen.
+
+        Raises:
+            ConfigError: the method `paper` believes nothing.
+        """
+        search = self._believing_search()
+        if (goal := search.goal) is None:
+            return None
+        belief, question = self._believed(search, goal), self.question(goal)
+        places = believed_places(self.map.perception, belief, question, place_xy)
+        return next(iter(places), None)
+
+    def _believing_search(self) -> BeliefSearch:
         if isinstance(self.map.search, PaperSearch):
             raise ConfigError(
-                "the method 'paper' cannot learn that a place is not it; search with"
-                " --method belief"
+                "the method 'paper' cannot learn what a place is; search with --method belief"
             )
-        self.map.search.refute()
+        return self.map.search
 
     def look_up(self, goal: Goal) -> GoalReport:
         """Ask the map as it is now (paper, section III-B) and report the answer."""
@@ -424,4 +461,4 @@ class Pipeline:
     def _believed(self, search: BeliefSearch, goal: Goal) -> PlaceBelief:
         """What the robot believes of the places of its map."""
         belief = search.belief_of(goal, self.question(goal))
-        return search.unless_refuted(goal, self.map.perception.believe(belief))
+        return search.as_judged(goal, self.map.perception.believe(belief))

@@ -80,6 +80,19 @@ def stand_in(page, path, answer):
     page.route(address, lambda route: route.fulfill(json=answer(route.request)))
 
 
+def found_by_axe(page):
+    """What axe finds on a page, a line for each violation."""
+    axe = pytest.importorskip(
+        "axe_playwright_python.sync_playwright", reason="axe is not installed"
+    )
+    violations = axe.Axe().run(page).response["violations"]
+    return [
+        f"{each['id']}: {node['html'][:80]} {node.get('failureSummary', '')}"
+        for each in violations
+        for node in each["nodes"]
+    ]
+
+
 class MapPicture:
     """The picture of the map on a page.
 

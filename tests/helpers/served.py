@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed
 
 from tests.helpers.roomba_rig import wait_for
 from vizbot.core.geometry import planar
-from vizbot.core.observer import Effort, GoalReport, Outcome, Step
+from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import (
     ImuSamples,
@@ -70,9 +70,16 @@ def arrived(session, text="sofa", picture=b"\xff\xd8 a sofa"):
 
 @contextmanager
 def jobs_done(session):
-    """A robot's loop that only does what people want between two steps; what it refutes."""
+    """A robot's loop that only does what people want between two steps.
+
+    What it refutes: a place, or True for that of the last answer.
+    """
     refuted = []
-    pipeline = SimpleNamespace(refute=lambda: refuted.append(True))
+    pipeline = SimpleNamespace(
+        refute=lambda xy=None: refuted.append(True if xy is None else tuple(xy.tolist())),
+        affirm=lambda xy: None,
+        candidate=lambda xy: Candidate(np.append(xy, 0.4), 0.34, 0, np.array([0, 0, 9, 9])),
+    )
     closed = threading.Event()
 
     def loop():

@@ -11,7 +11,7 @@ from tests.helpers.bundles import bundle_of
 from tests.helpers.roomba_rig import DEADLINE
 from vizbot.config import Config
 from vizbot.core.geometry import planar
-from vizbot.core.observer import Effort, GoalReport, Outcome, Step
+from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure
 from vizbot.core.types import (
     STOP,
@@ -38,13 +38,15 @@ class HeldMap:
     Attributes:
         keep_out: Zones that are forbidden.
         begun: The maps that were begun, in order; None for an empty one.
-        refuted: How often an arrival was refuted.
+        refuted: How often a place was refuted.
+        affirmed: Places that somebody has said to go to.
     """
 
     def __init__(self):
         self.keep_out = ()
         self.begun = []
         self.refuted = 0
+        self.affirmed = []
         self.map = SimpleNamespace(number=0)
         self.config = Config()
 
@@ -60,8 +62,14 @@ class HeldMap:
     def require_usable(self, kept):
         """Any map is."""
 
-    def refute(self):
+    def refute(self, place_xy=None):
         self.refuted += 1
+
+    def affirm(self, place_xy):
+        self.affirmed.append(tuple(place_xy))
+
+    def candidate(self, place_xy):
+        return Candidate(np.append(place_xy, 0.4), 0.34, 0, np.array([16, 12, 48, 36], np.int32))
 
     def begin_map(self, kept):
         self.begun.append(kept)
@@ -126,6 +134,7 @@ class WatchedRobot:
         )
         self.session.base_state = self.session.battery_state = lambda: state
         self._grid = first_step().grid
+        self._approached = None
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
@@ -141,6 +150,11 @@ class WatchedRobot:
     def see(self, grid):
         """This is its obstacle map from now on."""
         self._grid = grid
+
+    def approach(self, xy, picture=None):
+        """It goes up to a place, of which this JPEG is the picture; None for no place."""
+        self.session.picture_of_place = lambda place: picture
+        self._approached = None if xy is None else np.array(xy)
 
     def arrive(self, text, picture=None):
         """It is asked for something and has arrived there, of which this JPEG is the picture."""
@@ -177,5 +191,6 @@ class WatchedRobot:
                 step = replace(step, index=step.index + 1, goal=goal, grid=self._grid)
                 activity, why = ("exploring", LONG_WHY) if goal else ("mapping", "")
                 step = replace(step, activity=activity, why=why)
+                step = replace(step, candidate_xy=self._approached if goal else None)
                 self.session.on_step(step)
             ticks += 1

@@ -50,11 +50,11 @@ def test_goals_are_asked_for_and_their_outcomes_waited_for(client, session, caps
     running.join()
     assert capsys.readouterr().out.splitlines() == [
         "asked for: go to sofa, then bed",
-        "sofa: arrived (so it is) at 1.23, -3.00 m",
-        "bed: gave_up (so it is)",
+        "Found the sofa: so it is at 1.23, -3.00 m",
+        "Gave up on the bed: so it is",
     ]
     remote.status(client, as_json=False)
-    assert "  1 sofa: arrived (so it is) at 1.23, -3.00 m" in capsys.readouterr().out.splitlines()
+    assert "  1 Found the sofa: so it is at 1.23, -3.00 m" in capsys.readouterr().out.splitlines()
 
 
 def test_a_verdict_is_said_from_a_terminal_and_the_outcome_told_in_words(client, session, capsys):

@@ -63,7 +63,7 @@ def test_a_person_asks_drives_and_stops(page, robot):
     page.keyboard.press("Space")
     until(page, lambda: robot.session.stopped.is_set() and robot.session.lease.holder is None)
     says(page, "#activity", "Stopped")
-    says(page, "#goals li.poor span", "Not done: stopped by you")
+    says(page, "#goals li.poor span", "Stopped by you")
     page.keyboard.up("w")
     until(page, lambda: robot.rests)
 
@@ -140,7 +140,7 @@ def test_who_drives_is_shown_and_the_wheel_is_handed_over(page, robot):
     robot.session.ask(["sofa"])
     says(page, "#holder", "Nobody drives by hand.")
     robot.session.stop("Ada")
-    says(page, "#goals", "Not done: stopped by Ada")
+    says(page, "#goals li.poor span", "Stopped by Ada")
 
 
 def test_the_page_says_you_to_its_person_and_asks_once_for_a_name(page, robot):
@@ -156,7 +156,7 @@ def test_the_page_says_you_to_its_person_and_asks_once_for_a_name(page, robot):
     says(page, "#log span", "you drive instead of ada")
     robot.session.ask(["bo (2)"])
     robot.session.stop("Bo (2)")
-    says(page, "#goals li.poor span", "Not done: stopped by you")
+    says(page, "#goals li.poor span", "Stopped by you")
     page.reload()
     says(page, "#name-shown", "Others see you as Bo (2).")
     page.get_by_role("button", name="Change").click()
@@ -247,7 +247,8 @@ def test_what_waits_is_moved_and_cancelled_and_what_is_over_asked_again_and_clea
     page.get_by_role("button", name="Do sink next").click()
     until(page, lambda: numbers(robot) == [1, 3, 2])
     page.get_by_role("button", name="Cancel sink").press("Enter")
-    says(page, "#goals li.poor", "Not done: called off by")
+    says(page, "#goals li.poor b", "Gave up on the sink")
+    says(page, "#goals li.poor span", "Called off by")
     assert page.evaluate("document.activeElement.id") == "goals"
     page.get_by_role("button", name="Cancel sofa").click()
     says(page, "#goals li.running b", "Bed")

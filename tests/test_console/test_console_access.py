@@ -97,7 +97,7 @@ def open_everything(page, robot):
     robot.session.stop("ann")
     until(page, lambda: robot.session.queue.current() is None)
     robot.arrive("yellow chair")
-    says(page, "#arrival-title", "Arrived at")
+    says(page, "#arrival-title", "Found the yellow chair")
     state = robot.session.base_state()
     robot.session.base_state = lambda: type(state)(
         0.0, state.T_odom_base, True, False, (True,) * 4, (False, False), 0.1, BaseMode.PASSIVE

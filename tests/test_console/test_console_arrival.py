@@ -8,7 +8,7 @@ from tests.helpers.browsing import box_of, says, until
 from vizbot.core.errors import ConfigError
 from vizbot.operator.figures.image_encoding import jpeg
 
-TITLE = "Arrived at “yellow chair” after 50 s, 12 m"
+TITLE = "Found the yellow chair after 50 s, 12 m"
 
 
 def chair():
@@ -34,7 +34,8 @@ def test_an_arrival_is_shown_with_its_picture_and_yes_confirms_it(page, robot):
     robot.arrive("yellow chair", chair())
     says(page, "#arrival-title", TITLE)
     says(page, "#arrival-question", "Is this it?")
-    says(page, "#goals li.good span", "Arrived after 50 s, 12 m: 92% sure")
+    says(page, "#goals li.good b", TITLE)
+    says(page, "#goals li.good span", "92% sure")
     until(page, lambda: picture.evaluate("one => one.naturalWidth") == 400)
     page.get_by_role("button", name="Yes", exact=True).click()
     says(page, "#arrival-question", "Yes: this is it.")

@@ -2,10 +2,8 @@
 
 import pytest
 
-from tests.helpers.browsing import says, take_lease
+from tests.helpers.browsing import found_by_axe, says, take_lease
 from tests.test_console.test_console_arrival import TITLE, chair
-
-axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
 
 
 def looking(page, robot):
@@ -27,6 +25,12 @@ def arrived(page, robot):
     says(page, "#arrival-title", TITLE)
 
 
+def going_up_to_something(page, robot):
+    robot.approach((3.0, 2.5), chair())
+    robot.session.ask(["yellow chair"])
+    says(page, "#candidate-title", "I see something like a yellow chair")
+
+
 def stopped(page, robot):
     page.keyboard.press("Space")
     says(page, "#activity", "Stopped")
@@ -38,7 +42,9 @@ def misunderstood(page, robot):
     page.locator("#answer:not(:empty)").wait_for()
 
 
-STATES = (looking, searching, driving, arrived, stopped, misunderstood)
+STATES = (
+    looking, searching, driving, going_up_to_something, arrived, stopped, misunderstood
+)  # fmt: skip
 PAGES = {
     "desktop": {"viewport": {"width": 1280, "height": 800}},
     "desktop, by night": {"viewport": {"width": 1280, "height": 800}, "color_scheme": "dark"},
@@ -49,23 +55,13 @@ PAGES = {
 }  # fmt: skip
 
 
-def found_on(page):
-    """What axe finds, a line for each violation."""
-    violations = axe.Axe().run(page).response["violations"]
-    return [
-        f"{each['id']}: {node['html'][:80]} {node.get('failureSummary', '')}"
-        for each in violations
-        for node in each["nodes"]
-    ]
-
-
 @pytest.mark.parametrize("settings", PAGES.values(), ids=PAGES)
 @pytest.mark.parametrize("state", STATES, ids=lambda state: state.__name__)
 def test_axe_finds_nothing(open_page, server, robot, state, settings):
     page = open_page(server.url, **settings)
     page.locator("#link.live").wait_for()
     state(page, robot)
-    assert found_on(page) == []
+    assert found_by_axe(page) == []
 
 
 def test_axe_would_find_a_button_without_a_name_and_a_pale_text(page):
@@ -77,5 +73,5 @@ def test_axe_would_find_a_button_without_a_name_and_a_pale_text(page):
             document.querySelector("main").append(document.createElement("button"), pale);
         }"""
     )
-    found = " ".join(found_on(page))
+    found = " ".join(found_by_axe(page))
     assert "button-name" in found and "color-contrast" in found

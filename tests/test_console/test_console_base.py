@@ -71,7 +71,8 @@ def test_nobody_is_told_to_launch_again(page, robot):
     robot.session.queue.finish(Outcome.GAVE_UP, reason)
     robot.session.log.write("ended", f"sofa: gave up ({reason})")
     told = "the base does not obey since it was lifted; let it drive again"
-    says(page, "#goals li.poor", f"Not done: {told}")
+    says(page, "#goals li.poor b", "Gave up on the sofa")
+    says(page, "#goals li.poor span", told)
     says(page, "#log li", told)
 
 
@@ -79,7 +80,8 @@ def test_how_sure_the_robot_is_is_told(page, robot):
     robot.session.ask(["sofa"])
     robot.session.queue.current()
     robot.session.queue.finish(Outcome.ARRIVED, "92% sure, seen from near by")
-    says(page, "#goals li.good", "Arrived: 92% sure, seen from near by")
+    says(page, "#goals li.good b", "Found the sofa")
+    says(page, "#goals li.good span", "92% sure, seen from near by")
 
 
 def test_of_a_base_that_is_silent_nothing_is_known_and_its_charge_stays_for_a_while(page, robot):

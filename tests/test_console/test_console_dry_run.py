@@ -91,10 +91,13 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         page.locator("#goal").fill("yellow chair")
         page.keyboard.press("Enter")
         until(page, lambda: "position" in state() and moved((0.0, 0.0), 0.5))
+        says(page, "#candidate-title", "I see something like a yellow chair")
+        seen = page.locator("#candidate-picture")
+        until(page, lambda: seen.evaluate("one => one.naturalWidth") > 100)
         snapshot(page, "asked")
-        page.locator("#goals li.good", has_text="Arrived").wait_for()
+        page.locator("#goals li.good", has_text="Found the yellow chair after").wait_for()
 
-        says(page, "#arrival-title", "Arrived at “yellow chair” after ")
+        says(page, "#arrival-title", "Found the yellow chair after ")
         until(
             page, lambda: page.locator("#arrival-picture").evaluate("one => one.naturalWidth") > 100
         )
@@ -120,7 +123,7 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         snapshot(page, "stopped")
         page.reload()
         says(page, "#activity", "Stopped")
-        says(page, "#goals li.good b", "Yellow chair")
+        says(page, "#goals li.good b", "Found the yellow chair")
         until(page, lambda: page.evaluate(ALL_PICTURES))
         snapshot(page, "reloaded")
         assert page.complaints == []

@@ -7,6 +7,7 @@ import threading
 from dataclasses import replace
 
 import httpx
+import numpy as np
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
@@ -357,8 +358,11 @@ def looping(session):
 def test_an_arrival_is_told_in_the_state_with_its_picture_until_another_search(http, session):
     assert http.get("/pictures/arrival.jpg").status_code == 404
     number = arrived(session)
-    told = {"number": number, "text": "sofa", "seconds": 50.0, "way": 12.34, "has_picture": True}
-    assert http.get("/state").json()["arrival"] == told | {"confirmed": None}
+    told = {"number": number, "text": "sofa", "headline": "Found the sofa after 50 s, 12 m"}
+    told |= {"seconds": 50.0, "way": 12.34, "has_picture": True, "confirmed": None}
+    assert http.get("/state").json()["arrival"] == told
+    [ended] = http.get("/state").json()["goals"]
+    assert ended["headline"] == told["headline"]
     picture = http.get("/pictures/arrival.jpg")
     assert picture.content == b"\xff\xd8 a sofa" and picture.headers["cache-control"] == "no-store"
     session.on_step(replace(step(1), goal="", scores=None))
@@ -389,6 +393,49 @@ def test_a_verdict_is_taken_and_what_is_not_it_is_searched_for_again(http, sessi
     answer = http.post("/verdict", json={"confirmed": False})
     assert answer.status_code == 409 and "goes on already: sofa" in answer.json()["detail"]
     assert http.post("/verdict", json={"confirmed": "perhaps"}).status_code == 422
+
+
+def test_what_the_robot_goes_up_to_is_told_and_somebody_says_whether_to_go_there(
+    http, session, looping
+):
+    assert http.get("/state").json()["candidate"] is None
+    session.ask(["sofa"])
+    session.queue.current()
+    session.on_step(replace(step(7), candidate_xy=np.array([2.0, 1.0])))
+    told = {"number": 7, "text": "sofa", "headline": "I see something like a sofa"}
+    told |= {"position": [2.0, 1.0], "confirmed": False}
+    assert http.get("/state").json()["candidate"] == told
+    yes, no = {"confirmed": True, "who": "ann"}, {"confirmed": False}
+    assert http.post("/candidates/7/verdict", json=yes).status_code == 200
+    assert http.get("/state").json()["candidate"] == told | {"confirmed": True}
+    answer = http.post("/candidates/6/verdict", json=no)
+    assert answer.status_code == 409 and "turned to something else" in answer.json()["detail"]
+    assert looping == []
+    assert http.post("/candidates/7/verdict", json=no).status_code == 200
+    assert looping == [(2.0, 1.0)]
+    state = http.get("/state").json()
+    assert state["candidate"] is None and state["goals"][0]["outcome"] is None, "it searches on"
+    assert [line["text"] for line in state["log"] if line["code"] == "verdict"] == [
+        "sofa: ann says go there",
+        "sofa: somebody says that is not it; the search goes on",
+    ]
+    assert http.post("/candidates/7/verdict", json=yes).status_code == 409
+    assert http.post("/candidates/it/verdict", json=yes).status_code == 422
+
+
+def test_the_picture_of_what_the_robot_goes_up_to_is_made_when_somebody_looks(
+    http, session, looping
+):
+    session.picture_of_place = lambda place: b"\xff\xd8 " + str(place.score).encode()
+    session.on_step(replace(step(7), candidate_xy=np.array([2.0, 1.0])))
+    picture = http.get("/candidates/7/picture.jpg")
+    assert picture.content == b"\xff\xd8 0.34" and picture.headers["cache-control"] == "no-store"
+    assert http.get("/candidates/6/picture.jpg").status_code == 404
+    assert http.get("/candidates/it/picture.jpg").status_code == 422
+    session.picture_of_place = lambda place: None
+    assert http.get("/candidates/7/picture.jpg").status_code == 404
+    session.leave_map()
+    assert http.get("/state").json()["candidate"] is None
 
 
 def test_the_client_judges_an_arrival(server, session, looping):

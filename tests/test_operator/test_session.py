@@ -1,10 +1,14 @@
 """What operators see of a run: where the base was, how fast it steps."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tests.helpers.served import step
 from vizbot.core.errors import ConfigError
+from vizbot.core.observer import Outcome
+from vizbot.operator.session.approached_candidate import ApproachedCandidate, candidate_of
 from vizbot.operator.session.session import OperatorSession
 
 
@@ -46,3 +50,32 @@ def test_a_goal_that_is_too_long_is_refused_in_one_line():
     with pytest.raises(ConfigError, match="a goal has at most 200 letters"):
         session.ask(["a" * 201])
     assert session.queue.tasks() == []
+
+
+def going_up_to(index, xy, goal="sofa", **changes):
+    return replace(step(index), goal=goal, candidate_xy=np.array(xy), **changes)
+
+
+def test_what_the_robot_goes_up_to_is_one_thing_while_the_point_of_it_moves():
+    first = candidate_of(going_up_to(3, (2.0, 1.0)), None)
+    moved = candidate_of(going_up_to(4, (2.5, 1.0)), replace(first, confirmed=True))
+    assert (moved.number, moved.confirmed) == (3, True) and moved.place_xy[0] == 2.5
+    assert candidate_of(going_up_to(5, (4.0, 1.0)), moved).number == 5
+    other = candidate_of(going_up_to(5, (2.5, 1.0), goal="bed"), moved)
+    assert (other.number, other.confirmed) == (5, False)
+
+
+def test_who_explores_or_has_arrived_goes_up_to_nothing():
+    first = candidate_of(going_up_to(3, (2.0, 1.0)), None)
+    assert candidate_of(step(4), first) is None
+    arrived = going_up_to(4, (2.0, 1.0), ended=(Outcome.ARRIVED, "near by"))
+    assert candidate_of(arrived, first) is None
+
+
+@pytest.mark.parametrize(
+    ("goal", "named"),
+    [("sofa", "a sofa"), ("armchair", "an armchair"), ("glass", "a glass"), ("chairs", "chairs"),
+     ("An oven", "An oven"), ("my desk", "my desk"), ("the kitchen", "the kitchen")],
+)  # fmt: skip
+def test_it_is_named_as_people_name_it(goal, named):
+    assert ApproachedCandidate(1, goal, np.zeros(2)).headline == f"I see something like {named}"

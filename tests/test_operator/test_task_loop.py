@@ -339,3 +339,28 @@ def test_by_the_method_of_the_paper_an_arrival_cannot_be_refuted(pipeline_on):
     assert task.outcome is Outcome.ARRIVED
     assert "the method 'paper' cannot learn" in verdicts.refusals()[0]
     assert robot.session.queue.current() is None
+
+
+def test_what_the_robot_goes_up_to_and_is_not_it_is_left_within_the_same_search(pipeline_on):
+    people, answers, seen = ThreadPoolExecutor(1), [], []
+
+    def deny(session):
+        seen.append(session.candidate)
+        number = session.candidate.number
+        answer = people.submit(session.judge_candidate, number, confirmed=False, who="ann")
+        answers.append(answer)
+        wait_for(lambda: len(session.jobs) or answer.done())
+
+    plain = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["yellow chair"])})
+    plain.run()
+    first = next(i for i, step in enumerate(plain.steps) if step.candidate_xy is not None)
+    script = {0: lambda session: session.ask(["yellow chair"]), first + 2: deny}
+    robot = ScriptedRun(pipeline_on, script, last=first + 8)
+    robot.run()
+    assert answers[0].exception(timeout=DEADLINE) is None
+    place_xy, after = seen[0].place_xy, robot.steps[first + 3]
+    before = robot.steps[first + 1].scores.look_up(place_xy[None])[0]
+    assert after.goal == "yellow chair" and after.scores.look_up(place_xy[None])[0] < 0.1 * before
+    [task] = robot.session.queue.tasks()
+    assert task.outcome is None or task.outcome is not Outcome.ARRIVED
+    assert "ann says that is not it" in "".join(line.text for line in robot.session.log.lines())

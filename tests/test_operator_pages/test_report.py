@@ -198,6 +198,16 @@ def test_the_picture_of_the_latest_answer_is_its_best_place(step, tmp_path):
     assert report.picture_of(unseen) is None
 
 
+def test_a_place_has_its_picture_before_there_is_an_answer(step, tmp_path):
+    report = Report(tmp_path, None)
+    report.on_step(replace(step, frame=replace(step.frame, rgb=np.full((48, 64, 3), 90, np.uint8))))
+    encoded = np.frombuffer(report.picture_of_place(CANDIDATE), np.uint8)
+    picture = cv2.imdecode(encoded, cv2.IMREAD_COLOR).astype(int)
+    greener = picture[..., 1] - picture[..., 2]
+    assert min(greener[35, 16], greener[35, 47]) > 40 and np.abs(picture[:, 56:] - 90).max() < 30
+    assert report.picture_of_place(replace(CANDIDATE, frame=99)) is None
+
+
 def test_pictures_that_were_not_kept_are_left_out(step, tmp_path):
     page = told(step, tmp_path, frame_number=7)
     assert "was found in" not in page and "Found the yellow &lt;chair&gt; after 50 s, 12 m" in page

@@ -343,7 +343,25 @@ def test_what_is_refuted_is_believed_less_by_the_next_search_for_the_same_words(
     assert believed_there("yellow wall") > 0.5 * place.score
 
 
-def test_the_method_of_the_paper_has_nothing_to_refute(pipeline_on):
+def test_the_method_of_the_paper_has_nothing_to_learn_of_a_place(pipeline_on):
     pipeline = pipeline_on(ScriptedBase(), method="paper")
-    with pytest.raises(ConfigError, match="method 'paper' cannot learn"):
-        pipeline.refute()
+    assert all(step.candidate_xy is None for step in ticks(pipeline, 3))
+    for learn in (pipeline.refute, pipeline.affirm, pipeline.candidate):
+        with pytest.raises(ConfigError, match="method 'paper' cannot learn"):
+            learn(np.zeros(2))
+
+
+def test_a_step_tells_the_place_that_the_robot_goes_up_to_and_the_map_what_shows_it(pipeline_on):
+    pipeline = pipeline_on(ScriptedBase(), colour=(240, 220, 12))
+    assert pipeline.candidate(np.zeros(2)) is None, "nothing is searched for yet"
+    goal = pipeline.goal("yellow chair")
+    seen = []
+    while not seen or seen[-1].ended is None:
+        step = pipeline.tick(goal)
+        seen += [step] if step.candidate_xy is not None else []
+        assert step.index < 80
+    assert len(seen) > 1 and all(step.target is not None for step in seen)
+    place = pipeline.candidate(seen[0].candidate_xy)
+    assert np.linalg.norm(place.position[:2] - seen[0].candidate_xy) < 0.5
+    assert place.score == pytest.approx(float(seen[-1].scores.look_up(place.position[None])[0]))
+    assert place.frame in seen[-1].frames and (place.box[2:] > place.box[:2]).all()

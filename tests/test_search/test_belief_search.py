@@ -257,13 +257,13 @@ def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on():
     assert stepped(search, belief, grid, before, LOOK_STEPS + 1).ended is not None
     search.refute()
     assert search.answer_xy is None
-    left = search.unless_refuted(SOFA, belief)
+    left = search.as_judged(SOFA, belief)
     decision = search.go(SOFA, left, grid, before)
     assert decision.ended is None
     assert np.linalg.norm(decision.navigation.goal_xy - (1.1, 3.1)) < PLACE
-    others = search.unless_refuted(TV, belief)
+    others = search.as_judged(TV, belief)
     assert search.go(TV, others, grid, before).activity == "making sure"
-    asked_again = stepped(search, search.unless_refuted(SOFA, belief), grid, before, LOOK_STEPS + 1)
+    asked_again = stepped(search, search.as_judged(SOFA, belief), grid, before, LOOK_STEPS + 1)
     assert asked_again.ended is None
 
 
@@ -287,8 +287,64 @@ def test_no_takes_belief_from_all_that_is_as_near_as_one_place(away, believed_le
     rows, columns = np.nonzero(belief.probabilities)
     search.answer_xy = belief.xy(rows, columns)[0] - (away, 0.0)
     search.refute()
-    left = search.unless_refuted(SOFA, belief).probabilities[rows, columns]
+    left = search.as_judged(SOFA, belief).probabilities[rows, columns]
     assert (left < 0.8) == believed_less
+
+
+def test_what_the_robot_goes_up_to_is_left_once_somebody_says_that_it_is_not_it():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief, before = believed(at={(5.1, 2.1): 0.5, (1.1, 3.1): 0.4}), planar(3.3, 2.1, 0.0)
+    seen = search.place_of(search.go(SOFA, belief, grid, before).navigation)
+    assert np.linalg.norm(seen - (5.1, 2.1)) < PLACE
+    search.refute(seen)
+    decision = search.go(SOFA, search.as_judged(SOFA, belief), grid, before)
+    assert decision.ended is None and not decision.exploring
+    assert np.linalg.norm(search.place_of(decision.navigation) - (1.1, 3.1)) < PLACE
+    again = replace(SOFA)
+    left = search.as_judged(again, belief)
+    decision = search.go(again, left, grid, before)
+    assert np.linalg.norm(search.place_of(decision.navigation) - (1.1, 3.1)) < PLACE, "kept"
+
+
+def test_where_somebody_says_that_it_is_the_robot_goes_and_stops():
+    grid, frontiers = room(explored=False)
+    belief, before = believed(at={(5.1, 2.1): 0.2, (3.3, 3.4): 0.6}), planar(3.3, 2.1, 0.0)
+    search = BeliefSearch(CONFIG, frontiers)
+    by_itself = search.go(SOFA, belief, grid, before)
+    assert np.linalg.norm(by_itself.navigation.goal_xy - (3.3, 3.4)) < PLACE
+
+    search.affirm(np.array([5.1, 2.1]))
+    judged = search.as_judged(SOFA, belief)
+    assert judged.probabilities.max() == 1.0
+    decisions = walked(search, judged, grid, before, (5.1, 2.1))
+    assert {decision.why for decision in decisions} <= {reasons.AFFIRMED, ""}
+    assert decisions[-1].ended == (Outcome.ARRIVED, reasons.AFFIRMED)
+    assert np.linalg.norm(search.answer_xy - (5.1, 2.1)) < PLACE
+
+    search.refute()
+    left = search.as_judged(SOFA, belief).probabilities
+    assert left.max() == 0.6 and 0.0 < left[8, 20] < 0.02
+    search.affirm(np.array([5.1, 2.1]))
+    assert search.as_judged(replace(SOFA), belief).probabilities.max() == 0.6, "of one search"
+
+
+def test_a_place_that_was_never_seen_cannot_be_made_certain():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief = believed(at={(5.1, 2.1): 0.5})
+    search.go(SOFA, belief, grid, planar(3.3, 2.1, 0.0))
+    search.affirm(np.array([1.1, 1.1]))
+    assert search.as_judged(SOFA, belief).probabilities.max() == 0.5
+
+
+def test_on_the_way_to_a_spot_it_is_told_for_which_place():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief, first = believed(at={(3.1, 2.1): 0.5}), planar(2.0, 2.1, 0.0)
+    decision = stepped(search, belief, grid, first, LOOK_STEPS + 1)
+    assert np.linalg.norm(decision.navigation.goal_xy - (3.1, 2.1)) > 0.8
+    assert np.linalg.norm(search.place_of(decision.navigation) - (3.1, 2.1)) < PLACE
 
 
 def test_what_is_not_worth_its_way_is_not_tried_and_the_end_says_how_much_was_seen():

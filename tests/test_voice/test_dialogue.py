@@ -3,6 +3,7 @@
 import io
 import threading
 import wave
+from dataclasses import replace
 
 import httpx
 import numpy as np
@@ -364,6 +365,19 @@ def test_yes_after_an_arrival_confirms_it(session, refuted, code, text):
     assert answers.typed(text, "ann").said == (language.say("confirmed"),)
     assert session.arrival.confirmed is True and refuted == []
     assert answers.typed(text, "ann").said == (language.say("nothing_asked"),)
+
+
+@pytest.mark.parametrize("code", ["en", "de"])
+def test_yes_and_no_answer_whether_to_go_to_what_the_robot_sees(session, refuted, code):
+    language = load_language(code)
+    answers = dialogue.Dialogue(session, LiveMap(session), language=language)
+    yes, no = ("yes", "no") if code == "en" else ("ja", "nein")
+    session.on_step(replace(standing(0), candidate_xy=np.array([2.0, 1.0])))
+    assert answers.typed(yes, "ann").said == (language.say("going_there", goal="sofa"),)
+    assert session.candidate.confirmed and refuted == []
+    assert answers.typed(no, "ann").said == (language.say("searching_on", goal="sofa"),)
+    assert session.candidate is None and refuted == [(2.0, 1.0)]
+    assert answers.typed(no, "ann").said == (language.say("no_then"),)
 
 
 def test_a_question_that_was_asked_back_is_answered_before_the_arrival(session, refuted):

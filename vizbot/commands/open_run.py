@@ -174,6 +174,7 @@ def open_run(
         if scorer is not None:
             observers.append(scorer)
         if served is not None:
+            served.session.picture_of_place = report.picture_of_place
             served.session.picture_of = report.picture_of  # it observes a goal before the session
             served.session.begun_in = plan.map_folder
             observers.append(served.session)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vizbot.commands.sentences import one_sentence, require_text
-from vizbot.core.observer import Effort, Outcome, headline
+from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.operator.client.robot_client import RobotClient, answer_lines
 from vizbot.operator.language.command import Explore, Stop
@@ -178,12 +178,10 @@ def _outcome(goal: Mapping[str, Any], before_its_end: str = "") -> str:
     """
     if goal["outcome"] is None:
         return f"{goal['text']}: {before_its_end}"
-    if goal.get("seconds") is None:  # no search
+    if (headline := goal.get("headline")) is None:  # no search
         outcome = f"{goal['text']}: {goal['outcome']} ({goal.get('reason', '')})"
     else:
-        effort = Effort(goal["seconds"], goal["way"])
-        words = headline(goal["text"], Outcome(goal["outcome"]), effort)
-        outcome = f"{words}: {goal['reason']}"
+        outcome = f"{headline}: {goal['reason']}"
     if (position := goal.get("position")) is None:
         return outcome
     return f"{outcome} at {position[0]:.2f}, {position[1]:.2f} m"

@@ -149,6 +149,8 @@ class Step:
             while only mapping.
         seen_share: Share of the floor that was seen, 0 to 1, as of the last search for a frontier;
             None before one.
+        candidate_xy: (2,) x, y in `map` [m] of the place that the robot goes up to because it may
+            be the goal; None without one.
     """
 
     index: int
@@ -176,6 +178,7 @@ class Step:
     ended: tuple[Outcome, str] | None
     command: Twist | None
     seen_share: float | None = None
+    candidate_xy: NDArray[np.float64] | None = None
 
     @property
     def best_score(self) -> float | None:

@@ -97,6 +97,7 @@ class BeliefSearch:
         self._ways = WayField()
         self._beliefs: dict[str, Belief] = {}
         self._refuted: dict[str, list[NDArray[np.float64]]] = {}
+        self._affirmed_xy: NDArray[np.float64] | None = None
         self._goal: Goal | None = None
         self._looks = Looks()
         self._aim: _Aim | None = None
@@ -120,21 +121,52 @@ class BeliefSearch:
         """Forget the present way: something else has moved the robot."""
         self._previous = None
 
-    def refute(self) -> None:
-        """Take it that the place of the last answer is not it, and let the search go on."""
-        if self._goal is not None and self.answer_xy is not None:
-            self._refuted.setdefault(self._goal.text, []).append(self.answer_xy)
-        self._aim = self.answer_xy = None
+    @property
+    def goal(self) -> Goal | None:
+        """What is searched for, or was last; None before."""
+        return self._goal
 
-    def unless_refuted(self, goal: Goal, belief: PlaceBelief) -> PlaceBelief:
-        """What is left of the belief for a goal where somebody has said that it is not it."""
+    def place_of(self, navigation: Navigation) -> NDArray[np.float64]:
+        """The place (2,) in `map` [m] for which the robot is on its way to it, or to a spot."""
+        aim, end_xy = self._aim, navigation.goal_xy
+        if aim is not None and aim.spot_xy is not None and np.array_equal(end_xy, aim.spot_xy):
+            return aim.xy
+        return end_xy
+
+    def refute(self, place_xy: NDArray[np.float64] | None = None) -> None:
+        """Take it that a place is not it, and let the search go on.
+
+        Args:
+            place_xy: (2,) in `map` [m]; None for that of the last answer.
+        """
+        place_xy = self.answer_xy if place_xy is None else place_xy
+        if self._goal is not None and place_xy is not None:
+            self._refuted.setdefault(self._goal.text, []).append(place_xy)
+        self._aim = self._affirmed_xy = self.answer_xy = None
+
+    def affirm(self, place_xy: NDArray[np.float64]) -> None:
+        """Take it that what is searched for is at (2,) a place in `map` [m], for this search."""
+        self._affirmed_xy = place_xy
+
+    def as_judged(self, goal: Goal, belief: PlaceBelief) -> PlaceBelief:
+        """The belief for a goal after what somebody has said of places.
+
+        Little is left of what is not it; where it is, the likeliest place is certain.
+        """
         refuted = self._refuted.get(goal.text, [])
-        if not refuted:
+        affirmed_xy = self._affirmed_xy if goal is self._goal else None
+        if not refuted and affirmed_xy is None:
             return belief
         rows, columns = np.nonzero(belief.probabilities)
-        away = np.linalg.norm(belief.xy(rows, columns)[:, None] - np.array(refuted), axis=2)
+        places_xy, judged = belief.xy(rows, columns), belief.probabilities[rows, columns]
+        if refuted:
+            away = np.linalg.norm(places_xy[:, None] - np.array(refuted), axis=2)
+            judged *= np.where(away.min(axis=1) <= APART, REFUTED, 1.0)
+        if affirmed_xy is not None:
+            there = np.linalg.norm(places_xy - affirmed_xy, axis=1) <= APART
+            judged[there] /= judged[there].max(initial=0.0)
         probabilities = belief.probabilities.copy()
-        probabilities[rows, columns] *= np.where(away.min(axis=1) <= APART, REFUTED, 1.0)
+        probabilities[rows, columns] = judged
         return replace(belief, probabilities=probabilities)
 
     def threshold(self, goal: Goal) -> float:
@@ -146,13 +178,14 @@ class BeliefSearch:
 
         Args:
             goal: One other than that of the step before begins a new search.
-            belief: Where the goal is believed to be, but for what was refuted.
+            belief: Where the goal is believed to be, as judged.
             grid: The obstacle map.
             T_map_base: Where the robot is.
         """
         if goal is not self._goal:
             self._goal, self._steps = goal, 0
             self._looks, self._aim, self.answer_xy = Looks(), None, None
+            self._affirmed_xy = None
         self._steps += 1
         decision = self._decide(belief, grid, T_map_base)
         assert decision.threshold is not None
@@ -184,6 +217,7 @@ class BeliefSearch:
                 self._aim.looking += 1
                 if self._aim.looking <= LOOK_STEPS:
                     why = reasons.near_by(option.probability, sure=False, standing=True)
+                    why = self._unless_affirmed(option.xy, why)
                     return Decision(STOP, "making sure", navigation, threshold=sure, why=why)
             self._aim = None
             if option.kind == "place":
@@ -220,6 +254,7 @@ class BeliefSearch:
             self._previous = navigation
             standing = navigation.arrived
             why = reasons.near_by(float(probabilities[i]), sure=True, standing=standing)
+            why = self._unless_affirmed(xy, why)
             if not standing:
                 twist = navigation.twist
                 return Decision(twist, "closing in", navigation, threshold=threshold, why=why)
@@ -227,7 +262,8 @@ class BeliefSearch:
             if aim.looking <= LOOK_STEPS:
                 return Decision(STOP, "making sure", navigation, threshold=threshold, why=why)
             self.answer_xy = xy
-            ended = Outcome.ARRIVED, f"{probabilities[i]:.0%} sure, from near by"
+            reason = self._unless_affirmed(xy, f"{probabilities[i]:.0%} sure, from near by")
+            ended = Outcome.ARRIVED, reason
             return Decision(STOP, "arrived", navigation, threshold=threshold, ended=ended)
         return None
 
@@ -341,10 +377,17 @@ class BeliefSearch:
             reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
         return self._navigate(option.xy, reach, costmap, T_map_base, option.seen_from)
 
+    def _unless_affirmed(self, xy: NDArray[np.float64], seen: str) -> str:
+        """What was seen of a place; where somebody has said that it is there, that instead."""
+        affirmed_xy = self._affirmed_xy
+        if affirmed_xy is None or np.linalg.norm(affirmed_xy - xy) > APART:
+            return seen
+        return reasons.AFFIRMED
+
     def _why(self, option: Option, options: Sequence[Option], T_map_base: SE3) -> str:
         """Why the robot is on its way to one of the options, in words."""
         if option.kind == "place":
-            return reasons.looking_closer(option, T_map_base)
+            return self._unless_affirmed(option.xy, reasons.looking_closer(option, T_map_base))
         assert self._aim is not None
         self._aim.advantage = self._aim.advantage or reasons.advantage_of(option, options)
         return reasons.exploring(self._aim.advantage, options)

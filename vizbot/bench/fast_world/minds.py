@@ -170,7 +170,7 @@ class BeliefMind:
         belief = self._search.belief_of(self._goal, self._question).update(
             self._map.embeddings, self._statistics, places.rows, places.placed(_POSES)
         )
-        belief = self._search.unless_refuted(self._goal, belief)
+        belief = self._search.as_judged(self._goal, belief)
         return self._search.go(self._goal, belief, grid, T_map_base)
 
     def refute(self) -> bool:

@@ -87,6 +87,9 @@ class TaskState(BaseModel):
     """From 1, in the order in which tasks were asked for."""
     text: str
     """What is to be done, as a person says it."""
+    headline: str | None
+    """How the search for a goal ended, in words: "Found the sofa after 50 s, 12 m"; null before its
+    end, and for what is no search."""
     outcome: Outcome | None
     """How the task ended; null before its end."""
     reason: str
@@ -109,6 +112,8 @@ class ArrivalState(BaseModel):
     """Of the task."""
     text: str
     """What was asked for."""
+    headline: str
+    """The outcome in words, as of the task."""
     seconds: float | None
     """What the search took, by the clock of the run [s]."""
     way: float | None
@@ -117,6 +122,23 @@ class ArrivalState(BaseModel):
     """Whether `/pictures/arrival.jpg` shows what was found, with a box around it."""
     confirmed: bool | None
     """Whether somebody says that it is what was asked for; null before."""
+
+
+class CandidateState(BaseModel):
+    """The place that the robot goes up to because it may be the goal."""
+
+    model_config = _DESCRIBED
+
+    number: int
+    """The same as long as it is one place."""
+    text: str
+    """What is searched for."""
+    headline: str
+    """What the robot says of the place: "I see something like a sofa"."""
+    position: Point
+    """x, y in `map` [m]."""
+    confirmed: bool
+    """Whether somebody has said to go there."""
 
 
 class BaseReport(BaseModel):
@@ -203,6 +225,8 @@ class RobotState(BaseModel):
     """Null without a base, or before it has reported."""
     arrival: ArrivalState | None
     """Null before the robot has arrived anywhere, and once another search or map has begun."""
+    candidate: CandidateState | None
+    """Null where the robot goes up to nothing that may be the goal."""
     log: list[LogLine]
     """Oldest line first."""
     run: str | None

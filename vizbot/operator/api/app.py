@@ -15,7 +15,7 @@ from fastapi.security import APIKeyCookie, APIKeyQuery, HTTPBearer
 from vizbot import __version__
 from vizbot.operator.api.answers import RobotState
 from vizbot.operator.api.console_routes import console_router
-from vizbot.operator.api.errors import ANYWHERE, error_responses, refuse_invalid
+from vizbot.operator.api.errors import ANYWHERE, error_responses, http_errors, refuse_invalid
 from vizbot.operator.api.image_stream import NAMES, Pictures
 from vizbot.operator.api.map_routes import map_router
 from vizbot.operator.api.picture_answers import picture_answer, picture_response
@@ -158,6 +158,23 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
         if arrival is None or arrival.picture is None:
             raise HTTPException(404, "there is no picture of an arrival; the state tells of one")
         return picture_answer(arrival.picture)
+
+    @router.get(
+        "/candidates/{number}/picture.jpg",
+        summary="Read the picture of a candidate",
+        response_class=Response,
+        responses={
+            200: picture_response("What the robot goes up to."),
+            **error_responses(404, 409, 422, 503),
+        },
+    )
+    def candidate_picture(number: int) -> Response:
+        """Read the picture of what the robot goes up to, with a box around it."""
+        with http_errors():
+            picture = session.candidate_picture(number)
+        if picture is None:
+            raise HTTPException(404, "the robot has turned to something else, or kept no picture")
+        return picture_answer(picture)
 
     @router.get(
         "/pictures/{name}.jpg",

@@ -8,7 +8,6 @@ from importlib.resources import files
 from fastapi import APIRouter, Response
 
 _SCRIPTS = (
-    "arrival_card",
     "button_rows",
     "connection",
     "console",
@@ -25,6 +24,7 @@ _SCRIPTS = (
     "map/rooms",
     "map/view",
     "map/zoom",
+    "place_cards",
     "push_to_talk",
     "refresh",
     "saved_maps",

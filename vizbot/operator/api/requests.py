@@ -76,7 +76,7 @@ class DoubtRequest(BaseModel):
 
 
 class VerdictRequest(BaseModel):
-    """What somebody says of the place at which the robot has arrived."""
+    """What somebody says of the place at which the robot has arrived, or to which it goes."""
 
     model_config = _STRICT
 

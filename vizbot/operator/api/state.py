@@ -13,6 +13,7 @@ from vizbot.core.observer import Effort, Step
 from vizbot.core.types import BaseState
 from vizbot.operator.client.base_json import base_report
 from vizbot.operator.figures.panels import LARGE, MapView
+from vizbot.operator.session.approached_candidate import ApproachedCandidate
 from vizbot.operator.session.arrival import Arrival
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.session_log import LogEntry
@@ -56,6 +57,7 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "steps_per_second": round(session.step_rate(), 1),
         "base": _base(session.base_state()),
         "arrival": _arrival(session.arrival),
+        "candidate": _candidate(session.candidate),
         "log": [_line(line) for line in session.log.lines()],
         "run": None if session.folder is None else str(session.folder.absolute()),
     }
@@ -103,6 +105,7 @@ def _task(task: QueuedTask) -> dict[str, object]:
     return {
         "number": task.number,
         "text": task.text,
+        "headline": task.headline,
         "outcome": task.outcome,
         "reason": task.reason if over else "",
         "position": task.position,
@@ -116,9 +119,22 @@ def _arrival(arrival: Arrival | None) -> dict[str, object] | None:
     return {
         "number": arrival.number,
         "text": arrival.report.text,
+        "headline": arrival.report.headline,
         "has_picture": arrival.picture is not None,
         "confirmed": arrival.confirmed,
         **_effort(arrival.report.effort),
+    }
+
+
+def _candidate(candidate: ApproachedCandidate | None) -> dict[str, object] | None:
+    if candidate is None:
+        return None
+    return {
+        "number": candidate.number,
+        "text": candidate.goal,
+        "headline": candidate.headline,
+        "position": [round(float(value), 3) for value in candidate.place_xy],
+        "confirmed": candidate.confirmed,
     }
 
 

@@ -113,6 +113,20 @@ def task_router(session: OperatorSession) -> APIRouter:
             tasks = session.judge(confirmed=verdict.confirmed, who=verdict.who)
         return TaskNumbers(numbers=[task.number for task in tasks])
 
+    @router.post(
+        "/candidates/{number}/verdict",
+        summary="Say whether to go there",
+        responses=error_responses(409, 503, *WITH_BODY),
+    )
+    def judge_candidate(number: int, verdict: VerdictRequest) -> RequestTaken:
+        """Say whether to go to what the robot sees, and take it for the goal, or to keep looking.
+
+        Where it is not the goal, that place is believed less, as after an arrival.
+        """
+        with http_errors():
+            session.judge_candidate(number, confirmed=verdict.confirmed, who=verdict.who)
+        return RequestTaken()
+
     @router.post("/doubt", summary="Show a question", responses=_BODY)
     def doubt(request: DoubtRequest) -> DoubtShown:
         """Show people, in the log and by the base's song, that a question waits for an answer."""

@@ -29,6 +29,7 @@ from vizbot.operator.language.command import (
 )
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.language.lexicon import singulars
+from vizbot.operator.session.approached_candidate import ApproachedCandidate
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 
@@ -103,6 +104,8 @@ class Dispatcher:
                 return Reply((self._going_on(),))
             case Yes() | No() if self._session.awaits_verdict:
                 return self._judged(isinstance(command, Yes), who)
+            case Yes() | No() if (candidate := self._session.candidate) is not None:
+                return self._judged_candidate(candidate, isinstance(command, Yes), who)
             case Yes():
                 return Reply((say("nothing_asked"),))
             case No():
@@ -126,6 +129,12 @@ class Dispatcher:
         said = tuple(self._language.say("searching_on", goal=task.text) for task in tasks)
         numbers = tuple(task.number for task in tasks)
         return Reply(said or (self._language.say("confirmed"),), numbers=numbers)
+
+    def _judged_candidate(self, candidate: ApproachedCandidate, confirmed: bool, who: str) -> Reply:
+        """What is said while the robot goes up to something answers whether to go there."""
+        self._session.judge_candidate(candidate.number, confirmed=confirmed, who=who)
+        answer = "going_there" if confirmed else "searching_on"
+        return Reply((self._language.say(answer, goal=candidate.goal),))
 
     def _where(self, goal: str) -> Reply:
         answer = self._live_map.places(goal)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.observer import GoalReport
+from vizbot.core.observer import Candidate, GoalReport
 from vizbot.operator.figures.image_encoding import jpeg
 from vizbot.operator.report.frame_store import FrameStore
 
@@ -42,14 +42,27 @@ def matches(report: GoalReport, frame_store: FrameStore) -> list[Match]:
     """
     shown = []
     for rank, candidate in enumerate(report.candidates[:_MOST], 1):
-        kept = frame_store.get(candidate.frame)
-        if kept is None:
-            continue  # a picture of another run, or of long ago
-        picture, scale = kept
         score = report.measure.text(candidate.score)
-        _box(picture, candidate.box * scale, _GREEN, score)
-        shown.append(Match(jpeg(picture), rank, score))
+        picture = picture_of(candidate, score, frame_store)
+        if picture is not None:
+            shown.append(Match(picture, rank, score))
     return shown
+
+
+def picture_of(candidate: Candidate, score: str, frame_store: FrameStore) -> bytes | None:
+    """JPEG of a place with its patch in green; None for one of another run, or of long ago.
+
+    Args:
+        candidate: The place.
+        score: As people read it.
+        frame_store: Pictures of the run on this map.
+    """
+    kept = frame_store.get(candidate.frame)
+    if kept is None:
+        return None
+    picture, scale = kept
+    _box(picture, candidate.box * scale, _GREEN, score)
+    return jpeg(picture)
 
 
 def _box(

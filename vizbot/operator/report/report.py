@@ -14,7 +14,8 @@ from jinja2 import Environment, PackageLoader, select_autoescape
 from numpy.typing import NDArray
 
 from vizbot.core.files import write_whole
-from vizbot.core.observer import GoalReport, Step
+from vizbot.core.observer import Candidate, GoalReport, Step
+from vizbot.core.place_scores import Measure
 from vizbot.core.work_queue import WorkQueue
 from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
 from vizbot.operator.figures.panels import board, panels
@@ -22,7 +23,7 @@ from vizbot.operator.figures.step_filter import StepFilter
 from vizbot.operator.figures.track import Track
 from vizbot.operator.report.frame_store import FrameStore
 from vizbot.operator.report.map_figure import run_map
-from vizbot.operator.report.matches import Match, matches
+from vizbot.operator.report.matches import Match, matches, picture_of
 from vizbot.operator.report.timeline import GoalTimeline, Timeline
 
 if TYPE_CHECKING:
@@ -108,6 +109,10 @@ class Report:
             return None
         found = self._matches.get(len(self._timeline.goals) - 1, [])
         return next((match.picture for match in found if match.rank == 1), None)
+
+    def picture_of_place(self, place: Candidate) -> bytes | None:
+        """JPEG of a place by its probability; None where its frame was not kept."""
+        return picture_of(place, Measure.PROBABILITY.text(place.score), self._frame_store)
 
     def _begin_map(self) -> None:
         """Drop what belongs to the map that the run has left."""

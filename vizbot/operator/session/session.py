@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.observer import GoalReport, Outcome, Step
+from vizbot.core.observer import Candidate, GoalReport, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
 from vizbot.operator.figures.step_rate import StepRate
 from vizbot.operator.figures.track import Track
 from vizbot.operator.figures.wall_direction import MapTurn
+from vizbot.operator.session.approached_candidate import ApproachedCandidate, candidate_of
 from vizbot.operator.session.arrival import Arrival
 from vizbot.operator.session.drive_lease import DriveLease
 from vizbot.operator.session.loop_jobs import LoopJobs
@@ -50,7 +51,9 @@ class OperatorSession:
         resume_base: Asks a base that stopped obeying, at an edge or lifted, to obey again.
         show: Plays feedback on the base's lights and speaker.
         arrival: Where the robot has arrived last; None before, and once another search has begun.
+        candidate: What the robot goes up to because it may be the goal; None where it is nothing.
         picture_of: The picture of the best place of a report, as JPEG; None where there is none.
+        picture_of_place: Likewise of a place on the map.
         keep_verdict: Keeps what people say of an arrival beside the run.
         folder: Of the run; None where it keeps none.
         begun_in: Folder of the saved map in which the run began; None where it began in none.
@@ -77,7 +80,9 @@ class OperatorSession:
         self.resume_base: Callable[[], None] = lambda: None
         self.show: Callable[[Feedback], None] = lambda feedback: None
         self.arrival: Arrival | None = None
+        self.candidate: ApproachedCandidate | None = None
         self.picture_of: Callable[[GoalReport], bytes | None] = lambda report: None
+        self.picture_of_place: Callable[[Candidate], bytes | None] = lambda place: None
         self.keep_verdict: Callable[[GoalReport, bool], None] = lambda report, confirmed: None
         self.folder: Path | None = None
         self.begun_in: Path | None = None
@@ -157,6 +162,51 @@ class OperatorSession:
 
         return self.jobs.wait_for(judge)
 
+    def judge_candidate(self, number: int, *, confirmed: bool, who: str) -> None:
+        """Say whether to go to what the robot sees, and take it for the goal, or to keep looking.
+
+        In the latter case that place is believed less, as where `judge` says that it is not it.
+        Waits for the robot's loop.
+
+        Raises:
+            ConfigError: the robot goes up to something else by now.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+        who = printable(who, _LONGEST_NAME) or SOMEBODY
+
+        def judge(pipeline: Pipeline) -> None:
+            candidate = self.candidate
+            if candidate is None or candidate.number != number:
+                raise ConfigError("the robot has turned to something else by now")
+            if confirmed:
+                pipeline.affirm(candidate.place_xy)
+            else:
+                pipeline.refute(candidate.place_xy)
+            self.candidate = replace(candidate, confirmed=True) if confirmed else None
+            verdict = "go there" if confirmed else "that is not it; the search goes on"
+            self.log.write("verdict", f"{candidate.goal}: {who} says {verdict}")
+
+        self.jobs.wait_for(judge)
+
+    def candidate_picture(self, number: int) -> bytes | None:
+        """JPEG of what the robot goes up to, with a box around it; None where there is none.
+
+        Waits for the robot's loop.
+
+        Raises:
+            ConfigError: too much is asked at once.
+            DeviceTimeoutError: the robot is too busy, or its run ends.
+        """
+
+        def draw(pipeline: Pipeline) -> bytes | None:
+            candidate = self.candidate
+            if candidate is None or candidate.number != number:
+                return None
+            place = pipeline.candidate(candidate.place_xy)
+            return None if place is None else self.picture_of_place(place)
+
+        return self.jobs.wait_for(draw)
+
     def _search_on(self, arrival: Arrival, pipeline: Pipeline, stops: int) -> list[QueuedTask]:
         """Refute an arrival and queue the search for the same words."""
         with self._orders:  # a stop comes before all of it or after it
@@ -188,7 +238,7 @@ class OperatorSession:
 
     def leave_map(self) -> None:
         """Drop what was shown of the map that the robot has left for another one."""
-        self.arrival = None
+        self.arrival = self.candidate = None
         with self._lock:
             self._step = self._scored = None
             self._track = Track(spacing=_SPACING)
@@ -304,6 +354,7 @@ class OperatorSession:
             changed, self._activity = step.activity != self._activity, step.activity
         if step.goal:
             self.arrival = None
+        self.candidate = candidate_of(step, self.candidate)
         if changed:
             self.log.write("activity", step.activity)
 

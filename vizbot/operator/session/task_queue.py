@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.errors import ConfigError
-from vizbot.core.observer import Effort, GoalReport, Outcome
+from vizbot.core.observer import Effort, GoalReport, Outcome, headline
 from vizbot.objectnav.tasks import Task, Waypoint
 
 _MOST_ENDED = 100
@@ -55,6 +55,13 @@ class QueuedTask:
             case ShortMove():
                 return self.request.text
         return self.request
+
+    @property
+    def headline(self) -> str | None:
+        """How the search for a goal ended, in words; None before its end and for other tasks."""
+        if self.outcome is None or not isinstance(self.request, str):
+            return None
+        return headline(self.request, self.outcome, self.effort)
 
 
 class TaskQueue:

@@ -5,7 +5,6 @@
  * @typedef {import("./state_view.js").State} State
  */
 
-import { createArrivalCard } from "./arrival_card.js";
 import { createGoalForm } from "./goal_form.js";
 import { createChoice, createPictureChoice } from "./button_rows.js";
 import { byId, field, setText } from "./dom.js";
@@ -13,6 +12,7 @@ import { createDriveInput, createStick, KEYS } from "./drive_input.js";
 import { createLiveLink, createStop, storeToken, moveTokenOutOfAddress } from "./connection.js";
 import { createMap } from "./map/view.js";
 import { createSavedMaps } from "./saved_maps.js";
+import { createArrivalCard, createCandidateCard } from "./place_cards.js";
 import { createPlaces } from "./map/places.js";
 import { createRooms } from "./map/rooms.js";
 import { createRefresh } from "./refresh.js";
@@ -199,6 +199,7 @@ function start() {
     map.update(state);
     refresh.update(state);
     arrivalCard.update(state.arrival);
+    candidateCard.update(state.candidate);
     showState(state, lease.isHeld());
     showDriving(state, lease.isHeld(), state.wheel === null ? endReason : "");
   }
@@ -215,6 +216,7 @@ function start() {
   const goalForm = createGoalForm(requests, who, showPlace);
   createTaskList(requests, who, showPlace, goalForm.showLines);
   const arrivalCard = createArrivalCard(requests, who);
+  const candidateCard = createCandidateCard(requests, who);
   createSuggestions();
   const places = createPlaces(requests, map, goalForm.showLines);
   const talk = createTalk(requests, who, goalForm.showLines, goalForm.showAnswer);

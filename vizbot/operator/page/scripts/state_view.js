@@ -5,11 +5,10 @@
  * @typedef {object} TaskState
  * @property {number} number
  * @property {string} text
+ * @property {string | null} headline How a search ended, in words.
  * @property {string | null} outcome
  * @property {string} reason
  * @property {[number, number, number] | null} position Where the goal was found, on the map [m].
- * @property {number | null} seconds What the search took.
- * @property {number | null} way What the robot drove for it [m].
  * @typedef {object} Base
  * @property {string} mode
  * @property {number | null} battery
@@ -31,7 +30,8 @@
  * @property {string | null} wheel Who drives by hand.
  * @property {TaskState[]} goals Those that are over first, then the running one, then the waiting.
  * @property {Base | null} base
- * @property {import("./arrival_card.js").Arrival | null} arrival Where it has arrived last.
+ * @property {import("./place_cards.js").Arrival | null} arrival Where it has arrived last.
+ * @property {import("./place_cards.js").Candidate | null} candidate What it goes up to.
  * @property {LogLine[]} log
  * @property {string | null} run Its folder, on the robot's machine.
  * @property {number | null} step

@@ -7,16 +7,13 @@
  * @typedef {import("./state_view.js").TaskState} TaskState
  */
 
-import { effortText } from "./arrival_card.js";
 import { byId, capitalised, createElement, updateList } from "./dom.js";
 import { refusalText, request } from "./http.js";
 import { getOwnName, plainWords, withPeople } from "./words.js";
 
-/** @type {Record<string, string>} */
+/** @type {Record<string, string>} Of what is no search. */
 const OUTCOMES = {
   arrived: "Arrived",
-  located: "Found on the map",
-  not_found: "Not found",
   explored: "Has seen all there is",
   gave_up: "Not done",
 };
@@ -93,9 +90,11 @@ function isGood({ outcome }) {
 }
 
 /** @param {TaskState} task */
-function outcomeText({ outcome, reason, ...effort }) {
-  const word = `${OUTCOMES[outcome ?? ""] ?? outcome}${effortText(effort)}`;
-  return reason ? `${word}: ${withPeople(plainWords(reason))}` : word;
+function outcomeText({ headline, outcome, reason }) {
+  const why = withPeople(plainWords(reason));
+  if (headline !== null) return capitalised(why);
+  const word = OUTCOMES[outcome ?? ""] ?? outcome ?? "";
+  return why ? `${word}: ${why}` : word;
 }
 
 /**
@@ -104,10 +103,10 @@ function outcomeText({ outcome, reason, ...effort }) {
  * @param {string} className
  * @param {HTMLElement[]} buttons
  */
-function taskItem({ text }, status, className, buttons) {
+function taskItem({ text, headline }, status, className, buttons) {
   const item = createElement("li", "", className);
   const words = createElement("div", "");
-  words.append(createElement("b", capitalised(text)), createElement("span", status));
+  words.append(createElement("b", headline ?? capitalised(text)), createElement("span", status));
   const row = createElement("div", "", "row");
   row.append(...buttons);
   item.append(words, row);
