@@ -109,7 +109,8 @@ class Grammar:
 
         Quotes mean nothing here: no speaker says them.
         """
-        return self._parse(without_marks(line), ())
+        line = without_marks(line)
+        return self._or_stop(self._parse(line, ()), line, ())
 
     def typed(self, line: str) -> Command | None:
         """The command in a line that was typed to the robot; None if there is none.
@@ -122,9 +123,8 @@ class Grammar:
         if self._is_plain(command, literals):
             return command
         with_bare = self._parse(marked, literals, bare=True)
-        if command is not None and not self._is_plain(with_bare, literals):
-            return command
-        command = with_bare
+        command = with_bare if self._is_plain(with_bare, literals) or command is None else command
+        command = self._or_stop(command, marked, literals)
         whole = self._goals.without_article(tidy(plain(line)).replace(",", ""))
         if command == GoTo((whole,)) and not _QUOTE.search(line):
             return GoTo((line.strip(" .,;:!?"),))
@@ -206,6 +206,19 @@ class Grammar:
         beside = self._joined(steps, literals, bare=bare, named=named)
         found = self._is_plain(beside, literals) and not isinstance(beside, Yes | No)
         return beside if found else command
+
+    def _or_stop(
+        self, command: Command | None, line: str, literals: Sequence[str]
+    ) -> Command | None:
+        """The command of a line; a stop where it is none and begins with one.
+
+        "Watch out, the cat!" is a warning, whatever the rest of it says.
+        """
+        if self._is_plain(command, literals):
+            return command
+        first = self._splitter.steps(self._splitter.polished(line))[:1]
+        warns = any(self._reader.command(step, literals) == Stop() for step in first)
+        return Stop() if warns else command
 
     def _is_plain(self, command: Command | None, literals: Sequence[str]) -> bool:
         """Whether a command is one that the robot can do as it stands."""

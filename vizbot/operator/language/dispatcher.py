@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 
 from sim_stubs.homes.vocabulary import ROOMS
@@ -95,8 +95,12 @@ class Dispatcher:
                 return Reply((self._how_many(goal),))
             case Ask(topic):
                 return Reply((self._about(topic),))
-            case Cancel(goal):
-                return Reply((self._cancelled(goal, who),))
+            case Cancel(goal, after):
+                cancelled = self._cancelled(goal, who)
+                if after is None:
+                    return Reply((cancelled,))
+                reply = self._ask_for(after, at_once, stops)
+                return replace(reply, said=(cancelled, *reply.said))
             case KeepOut(goal):
                 return Reply((self._kept_out(goal),))
             case GoOn():
