@@ -134,7 +134,13 @@ class Grammar:
         """The parts of a typed line that stand in quotes."""
         return self._without_literals(line)[1]
 
-    def text(self, command: Command, at_once: bool = False, quoted: Collection[str] = ()) -> str:
+    def text(
+        self,
+        command: Command,
+        at_once: bool = False,
+        quoted: Collection[str] = (),
+        own: Callable[[str], str] = str,
+    ) -> str:
         """A sentence with the same meaning, for example "go to kitchen, then sofa, then dock".
 
         Args:
@@ -142,12 +148,14 @@ class Grammar:
             at_once: Whether the running task has to give way.
             quoted: Goals that are to be taken literally. They stand in quotes, like those which
                 `typed` would not find again without.
+            own: What people call a goal.
         """
         if at_once:
-            return self.urgent(self.text(command, quoted=quoted))
+            return self.urgent(self.text(command, quoted=quoted, own=own))
         text = self._writer.text(command, quoted, "{}")
         found_again = self.typed(text) == command and not self.is_urgent(text)
-        return text if found_again else self._writer.text(command, quoted, '"{}"')
+        named = with_goals(command, [*map(own, goals_of(command))])
+        return self._writer.text(named, {*map(own, quoted)}, "{}" if found_again else '"{}"')
 
     def urgent(self, text: str) -> str:
         """The same sentence, for which the running task has to give way."""

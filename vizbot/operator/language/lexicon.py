@@ -109,7 +109,7 @@ class Lexicon:
 
     def own(self, words: str) -> str:
         """What people call a thing or room that the encoder has another word for."""
-        return words if words in self.names else self._own.get(words, words)
+        return self._own.get(words, words)
 
     def parts(self, goal: str, joint: str) -> tuple[str, ...]:
         """The goals in "sofa and bed", where each part of it has a name; else the goal alone."""
