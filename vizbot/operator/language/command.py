@@ -165,6 +165,7 @@ class Reason(Enum):
     STATEMENT = "statement"
     BACKWARDS = "backwards"
     ZONE = "zone"
+    TERMS = "terms"
     TOO_FAR = "too far"
 
 

@@ -83,7 +83,8 @@ class StepReader:
             if goal and not (known or forbids) and (name := self._goals.before_tail(goal)):
                 return self._about(rule.kind, name)
             if self._goals.tells(goal):
-                tells = Decline(Reason.CANNOT)  # "go to the kitchen if the door is open"
+                terms = rule.kind == "go" and self._wording.sets_terms(goal)
+                tells = Decline(Reason.TERMS if terms else Reason.CANNOT)
                 orders = orders or rule.kind == "go"
             elif rule.kind in LOOSE and not known:
                 unsure = self.read(rule, found, literals) if unsure is None else unsure
@@ -100,6 +101,8 @@ class StepReader:
         answer = self._loose_command(step.ways, literals, unsure)
         if answer is not None and not (orders and isinstance(answer, Ask)):
             return self._or_none(answer, literals)
+        if tells == Decline(Reason.TERMS):
+            return tells  # "go to the kitchen if the door is open"
         goal = self._goals.goal(step.words, literals)
         if (
             not self._goals.is_name(goal)

@@ -268,6 +268,7 @@ def _read(
         if command in (
             Decline(Reason.CANNOT),
             Decline(Reason.STATEMENT),
+            Decline(Reason.TERMS),
         ):  # people talk to each other, too
             command = None
     at_once, sure = grammar.is_urgent(words), top >= CERTAIN or hypothesis.score >= PLAIN
