@@ -83,6 +83,7 @@ class ClauseReader:
         self._looking = maker.rules({"look": remarks["looking"]})
         self._pointing = maker.rules({"go": remarks["pointing"]})
         self._joining = maker.rules({"go": remarks["joining"]})
+        self._leaving = maker.rules({"leave": remarks["leaving"]})
         self._insisting = maker.rules({"said": remarks["insisting"]})
         self._rather = maker.rules({"go": remarks["rather"]})
         self._whereabouts = maker.rules({"where": remarks["whereabouts"]})
@@ -91,6 +92,7 @@ class ClauseReader:
         self._reminders = maker.rules({"reminder": remarks["reminders"]})
         self._sparing = maker.rules({"spared": remarks["sparing"]})
         self._denials = maker.rules({"denial": remarks["denials"]})
+        self._condition = re.compile(rf"(?:{either(language['words']['conditions'])})\b")
         self._amount = re.compile(rf"\d|\b(?:{either(language['units'])})\b")
         self._retracts = re.compile(rf"\b(?:{either(remarks['retracts'])})\b")
         self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
@@ -144,10 +146,14 @@ class ClauseReader:
                 goal = slot(said[1], "goal")
                 if not goal:
                     continue  # "not the bed, the sofa I said"
-                if self._goes(goal, literals) and not self._wording.begins_order(goal):
+                contrasts = any(map(self._wording.forbids, clauses))
+                order = self._wording.begins_order(goal)
+                if contrasts and not order and self._goes(goal, literals):
                     asked.append(f"{self._going} {goal}")
                     continue
             cancels = cancels or isinstance(command, Cancel)
+            if isinstance(command, Ask) and self._condition.match(clause):
+                return "", ""  # "once you are charged, go to the sofa"
             if isinstance(command, Ask):
                 questions.append(clause)
             elif self._tells_of_loss(command, clause):
@@ -178,10 +184,12 @@ class ClauseReader:
         name = self._goals.first_name(told_of)
         if self._goals.mentions(told_of.replace(name, ",")):
             name = ""
-        here = any(is_read(clause, self._whereabouts) for clause in told)
-        pointing = (*self._pointing, *(self._joining if here else ()))
-        if name and not questions and self._all_read(asked, pointing):
+        here = [slot(found, "goal") for _, found in readings(told, self._whereabouts)]
+        place = self._goals.first_name(here[0]) if len(here) == 1 else ""
+        if name and not questions and self._all_read(asked, self._pointing):
             asked = [f"{self._going} {name}"]
+        if place and not questions and self._all_read(asked, self._joining):
+            asked = [f"{self._going} {place}"]
         remains = ", ".join(asked or questions or lost)
         return remains, name
 
@@ -197,6 +205,13 @@ class ClauseReader:
     def only_looks(self, step: SentenceStep) -> bool:
         """Whether a step asks for no more than to look where the one before it leads."""
         return is_read(step.whole, self._looking)
+
+    def only_leaves(self, step: SentenceStep) -> bool:
+        """Whether a step asks to leave a known thing where and as it is."""
+        return any(
+            self._goals.knows(self._goals.without_article(slot(found, "goal")))
+            for _, found in readings([step.whole], self._leaving)
+        )
 
     def corrects(self, clause: str) -> bool:
         """Whether a clause begins like one that replaces what was said before it."""

@@ -266,6 +266,8 @@ class Grammar:
                 commands = []  # "the kitchen, no, the study"
             if self._clauses.is_marker(step.whole) and place < len(steps) - 1:
                 continue  # "scratch that, the study"
+            if place < len(steps) - 1 and self._clauses.only_leaves(step):
+                continue  # "leave the bed and go to the sofa instead"
             goes = commands and isinstance(commands[-1], GoTo)
             if goes and self._clauses.only_looks(step):
                 continue  # "go to the door and see who is there"
