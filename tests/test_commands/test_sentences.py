@@ -189,7 +189,7 @@ def test_a_robot_that_speaks_german_answers_in_it(capsys):
         remote.ask(client, ["Hilfe"], at_once=False, wait=False)
     assert requests(session) == ["kitchen", Task.COME_BACK]
     accepted, taken, answer = capsys.readouterr().out.splitlines()
-    assert accepted == "gefragt: fahr zu kitchen, dann komm zurück"
+    assert accepted == "gefragt: fahr zu Küche, dann komm zurück"
     assert taken == "küche: kitchen" and answer.startswith("Ich fahre zu Dingen und Zimmern")
 
 
