@@ -126,6 +126,7 @@ NAMES = {
     "place": "where are you", "sight": "what do you see", "task": "what are you doing",
     "where": "where is", "go": "go to", "turn_left": "move", "turn_right": "move",
     "turn_around": "move", "forward": "move", "backwards": "nothing: backwards",
+    "let_in": "nothing: zone",
 }  # fmt: skip
 """What the command is called that a kind of pattern asks for; that of others is called alike."""
 

@@ -189,7 +189,7 @@ def test_a_robot_that_speaks_german_answers_in_it(capsys):
         remote.ask(client, ["Hilfe"], at_once=False, wait=False)
     assert requests(session) == ["kitchen", Task.COME_BACK]
     accepted, taken, answer = capsys.readouterr().out.splitlines()
-    assert accepted == "gefragt: fahr zu kitchen, dann komm zurück"
+    assert accepted == "gefragt: fahr zu Küche, dann komm zurück"
     assert taken == "küche: kitchen" and answer.startswith("Ich fahre zu Dingen und Zimmern")
 
 
@@ -198,9 +198,9 @@ def test_a_robot_that_speaks_german_answers_in_it(capsys):
     [
         ("en", "what are you doing?", "exploring, for: sofa, since no other unseen place is"
          " reached sooner; no place seen so far is worth a closer look; after that: bed"),
-        ("de", "Was machst du?", "ich erkunde, für: sofa, denn keine andere ungesehene Stelle ist"
+        ("de", "Was machst du?", "ich erkunde, für: Sofa, denn keine andere ungesehene Stelle ist"
          " schneller zu erreichen; keine Stelle, die ich gesehen habe, lohnt einen näheren Blick;"
-         " danach: bed"),
+         " danach: Bett"),
     ],
 )  # fmt: skip
 def test_what_it_does_is_answered_with_why(capsys, language, question, answer):

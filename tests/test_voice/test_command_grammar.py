@@ -11,6 +11,7 @@ from vizbot.objectnav.tasks import Task
 from vizbot.operator.language.command import (
     MISSIONS,
     All,
+    Cancel,
     ComeBack,
     Decline,
     Dock,
@@ -93,6 +94,37 @@ def test_a_line_becomes_a_command(line, command):
 )
 def test_stop_is_heard_wherever_it_is_said(line):
     assert parse_command(line) == Stop()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "watch out",
+        "Careful!",
+        "be careful",
+        "look out!",
+        "that's enough driving",
+        "mind the step",
+        "watch out, the cat",
+        "Hey, look out!",
+        "wait, I am on the phone",
+    ],
+)
+def test_a_warning_stops(line):
+    assert parse_command(line) == parse_typed(line) == Stop()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "look out of the window",
+        "go to the window and look out",
+        "carefully go to the window",
+        "go to the window but be careful",
+    ],
+)
+def test_what_only_sounds_like_a_warning_goes(line):
+    assert parse_typed(line) == GoTo(("window",))
 
 
 @pytest.mark.parametrize(
@@ -211,7 +243,8 @@ def test_it_is_what_was_named_before(line, command):
         ("she said, go to the sofa", Decline(Reason.CANNOT)),
         ("go to the sofa, he says", Decline(Reason.CANNOT)),
         ("the door is open", Decline(Reason.STATEMENT)),
-        ("go to the sofa if it is clean", Decline(Reason.CANNOT)),
+        ("go to the sofa if it is clean", Decline(Reason.TERMS)),
+        ("go to the office once you are charged", Decline(Reason.TERMS)),
     ],
 )
 def test_what_is_told_beside_a_command_changes_nothing_unless_it_takes_it_back(line, command):
@@ -308,7 +341,8 @@ def test_a_sentence_of_4000_letters_is_read_at_once(code, part):
      GoTo(("bed",), ComeBack()), WhereIs("yellow chair"), All("door"), GoTo(("the kitchen",)),
      GoTo(("Go to the kitchen",), ComeBack()), WhereIs("sofa now"), All("stop, look and listen"),
      GoTo(("sofa",), Move((AROUND,), GoTo(("it", "bed"), Dock()))), Move((AROUND,), Explore()),
-     Explore(GoTo(("the cat is here",))), Decline(Reason.STATEMENT)],
+     Explore(GoTo(("the cat is here",))), Decline(Reason.STATEMENT),
+     Decline(Reason.TERMS), Decline(Reason.ZONE), Cancel("sofa", GoTo(("bed",), Dock()))],
 )  # fmt: skip
 def test_a_command_in_words_means_the_same(command):
     assert parse_typed(command_text(command)) == command

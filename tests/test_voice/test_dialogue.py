@@ -349,7 +349,7 @@ def test_no_after_an_arrival_has_the_robot_search_on(session, refuted, code, tex
     language = load_language(code)
     reply = dialogue.Dialogue(session, LiveMap(session), language=language).typed(text, "ann")
     assert reply.numbers == (number + 1,) and refuted == [True]
-    assert reply.said == (language.say("searching_on", goal="sofa"),)
+    assert reply.said == (language.say("searching_on", goal=language.lexicon.own("sofa")),)
     assert session.arrival.confirmed is False
 
 
@@ -404,3 +404,62 @@ def test_a_spoken_no_has_the_robot_search_on(http, session, hears, refuted):
     number = arrived(session)
     hears(Utterance("No, that is not it.", No()))
     assert http.post("/heard", **sound()).json()["numbers"] == [number + 1]
+
+
+@pytest.mark.parametrize(
+    ("code", "text", "answer"),
+    [
+        ("en", "no", "nothing was asked, so I go on: looking closer, for: kitchen; after that:"
+                     ' come back. "Stop" stops me'),
+        ("de", "nein", "es war nichts gefragt, also mache ich weiter: ich sehe es mir näher an,"
+                       ' für: Küche; danach: komm zurück. "Stopp" hält mich an'),
+        ("en", "what are you doing", "looking closer, for: kitchen; after that: come back"),
+        ("de", "was machst du", "ich sehe es mir näher an, für: Küche; danach: komm zurück"),
+    ],
+)  # fmt: skip
+def test_a_no_to_nothing_tells_what_goes_on_in_the_words_of_the_language(
+    session, code, text, answer
+):
+    answers = dialogue.Dialogue(session, LiveMap(session), language=load_language(code))
+    session.ask(["kitchen", Task.COME_BACK])
+    session.on_step(replace(standing(0), activity="looking closer"))
+    assert answers.typed(text, "ann").said == (answer,)
+    assert requests(session) == ["kitchen", Task.COME_BACK] and not session.stopped.is_set()
+
+
+def test_a_no_to_nothing_while_nothing_runs_sets_nothing_off(session):
+    said = dialogue.Dialogue(session, LiveMap(session)).typed("no", "ann").said
+    assert said == ("then not: nothing was set off",)
+
+
+@pytest.mark.parametrize(
+    ("code", "before", "text", "said"),
+    [("en", "go to the bed, then the lamp", "forget about the bed and go to the sofa instead",
+      ("called off: bed", "asked for: go to sofa, right now")),
+     ("de", "fahr zum Bett, dann zur Lampe", "vergiss das Bett und fahr stattdessen zum Sofa",
+      ("abgesagt: Bett", "gefragt: fahr zu Sofa, sofort"))],
+)  # fmt: skip
+def test_what_is_called_off_and_what_is_asked_for_instead_are_one_line(
+    session, code, before, text, said
+):
+    answers = dialogue.Dialogue(session, LiveMap(session), language=load_language(code))
+    answers.typed(before, "ann")
+    assert answers.typed(text, "ann").said[:2] == said
+    to_do = [task.request for task in session.queue.tasks() if task.outcome is None]
+    assert to_do == ["sofa", "lamp"]
+
+
+@pytest.mark.parametrize(
+    ("code", "text", "word"),
+    [("en", "go to the second chair", "second"), ("en", "where is the other chair", "other"),
+     ("en", "is there a chair in the bedroom", "in the bedroom"),
+     ("de", "fahr zum zweiten Stuhl", "zweiten")],
+)  # fmt: skip
+def test_a_word_that_tells_no_thing_from_another_is_left_out_and_said(
+    session, monkeypatch, code, text, word
+):
+    monkeypatch.setattr(LiveMap, "places", nowhere)
+    language = load_language(code)
+    said = dialogue.Dialogue(session, LiveMap(session), language=language).typed(text, "ann").said
+    assert language.lexicon.own("chair") in said[0] and word not in said[0]
+    assert language.say("unread", word=word) in said

@@ -125,7 +125,7 @@ def test_every_language_has_the_answers_and_the_sentences_of_english():
         assert {*language.answers} == {*ENGLISH.answers}
         for answer, text in language.answers.items():
             fields = ("goal", "text", "heard", "meant", "percent", "room", "names", "activity",
-                      "task", "why")  # fmt: skip
+                      "task", "why", "word")  # fmt: skip
             for field in fields:
                 assert (f"{{{field}" in text) == (f"{{{field}" in ENGLISH.answers[answer])
 

@@ -2,7 +2,8 @@
 
     python -m tests.tools.sentences
 
-`building.tsv` and `german.tsv` were written beside the grammar, which must have all of them right.
+`building.tsv` and `german.tsv` were written beside the grammar, `habits.tsv` and
+`habits_german.tsv` just before it was last changed; it must have all of them right.
 Tables by readers who have not seen the grammar lie beside them, in the same form:
 `fresh_first.tsv` to `fresh_eleventh.tsv`. How many of each were right at the commit that keeps them
 is in `docs/results/rows/sentences.json`; the grammar has learned from the first ten.
@@ -25,6 +26,8 @@ FOLDER = Path(__file__).resolve().parents[1] / "test_voice" / "sentences"
 LEAST = {
     "building": 1.0,
     "german": 1.0,
+    "habits": 1.0,
+    "habits_german": 1.0,
     "fresh_first": 1.0,
     "fresh_second": 1.0,
     "fresh_third": 1.0,
@@ -101,7 +104,7 @@ def same(happened, wanted, language):
 def tried(path):
     """Number of a table's sentences, lines on those that lead to something else, and the sentences
     that make it drive where nobody asked it to."""
-    language = load_language("de" if path.stem == "german" else "en")
+    language = load_language("de" if path.stem.endswith("german") else "en")
     wrong, drove, table = [], [], rows(path)
     for sentence, wanted in table:
         happened, asked = what_happens(sentence, language)

@@ -18,7 +18,15 @@ from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.interrupts import ended_by_interrupt
 from vizbot.operator.client.endpoint import HERE, LANGUAGE
 from vizbot.operator.client.robot_client import RobotClient, robot_client
-from vizbot.operator.language.command import Command, Explore, GoTo, No, Yes, command_name
+from vizbot.operator.language.command import (
+    Cancel,
+    Command,
+    Explore,
+    GoTo,
+    No,
+    Yes,
+    command_name,
+)
 from vizbot.operator.language.language import ENGLISH, Language, load_language
 from vizbot.operator.printing import echo
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
@@ -172,7 +180,7 @@ def _utterance_json(utterance: Utterance) -> dict[str, object]:
 
 def _command_json(command: Command) -> dict[str, object]:
     fields = {"name": command_name(command), **asdict(command)}
-    if isinstance(command, GoTo | Explore):
+    if isinstance(command, GoTo | Explore | Cancel):
         fields["after"] = None if command.after is None else command_name(command.after)
     return {
         name: field.value if isinstance(field, Enum) else field for name, field in fields.items()

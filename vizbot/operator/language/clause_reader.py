@@ -25,7 +25,13 @@ from vizbot.operator.language.command import (
     goals_of,
 )
 from vizbot.operator.language.goal_reader import GoalReader
-from vizbot.operator.language.sentence_rules import RuleMaker, is_read, readings
+from vizbot.operator.language.sentence_rules import (
+    RuleMaker,
+    SentenceRule,
+    is_read,
+    readings,
+    slot,
+)
 from vizbot.operator.language.step_reader import StepReader
 from vizbot.operator.language.step_splitter import (
     MOST_STEPS,
@@ -76,11 +82,17 @@ class ClauseReader:
         self._wording, self._goals = wording, goals
         self._looking = maker.rules({"look": remarks["looking"]})
         self._pointing = maker.rules({"go": remarks["pointing"]})
+        self._joining = maker.rules({"go": remarks["joining"]})
+        self._leaving = maker.rules({"leave": remarks["leaving"]})
+        self._insisting = maker.rules({"said": remarks["insisting"]})
+        self._rather = maker.rules({"go": remarks["rather"]})
+        self._whereabouts = maker.rules({"where": remarks["whereabouts"]})
         self._going = language["sentences"]["go_to"].format(goals="").strip()
         self._told = maker.rules({"remark": remarks["ways"]})
         self._reminders = maker.rules({"reminder": remarks["reminders"]})
         self._sparing = maker.rules({"spared": remarks["sparing"]})
         self._denials = maker.rules({"denial": remarks["denials"]})
+        self._condition = re.compile(rf"(?:{either(language['words']['conditions'])})\b")
         self._amount = re.compile(rf"\d|\b(?:{either(language['units'])})\b")
         self._retracts = re.compile(rf"\b(?:{either(remarks['retracts'])})\b")
         self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
@@ -108,6 +120,8 @@ class ClauseReader:
         """A line without the clauses that ask for nothing, and the only name in these.
 
         Both are empty where nothing is left out, the name also where there is no other than one.
+        What asks to come to a person who has told where he is asks to go there: "I am on the sofa,
+        come to me".
 
         Questions about the robot itself, and what tells that a thing is lost, count as such where
         something else is asked for; so does why something is called off, and what is not. Nothing
@@ -122,12 +136,24 @@ class ClauseReader:
         asked, questions, told = list[str](), list[str](), list[str]()
         lost, cancels = list[str](), False
         clauses = self._clauses(polished, literals)
+        insists = any(is_read(clause, self._insisting) for clause in clauses)
         for clause in clauses if len(clauses) <= MOST_STEPS else []:
             steps = self._splitter.steps(clause)
             command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
             if is_read(clause, self._reminders) or (cancels and is_read(clause, self._sparing)):
                 continue
+            if (said := next(readings([clause], self._insisting), None)) is not None:
+                goal = slot(said[1], "goal")
+                if not goal:
+                    continue  # "not the bed, the sofa I said"
+                contrasts = any(map(self._wording.forbids, clauses))
+                order = self._wording.begins_order(goal)
+                if contrasts and not order and self._goes(goal, literals):
+                    asked.append(f"{self._going} {goal}")
+                    continue
             cancels = cancels or isinstance(command, Cancel)
+            if isinstance(command, Ask) and self._condition.match(clause):
+                return "", ""  # "once you are charged, go to the sofa"
             if isinstance(command, Ask):
                 questions.append(clause)
             elif self._tells_of_loss(command, clause):
@@ -137,9 +163,11 @@ class ClauseReader:
             ):
                 asked.append(clause)
             elif self._wording.is_idle(clause):
+                if bare and " " in clause and self._backwards.fullmatch(clause):
+                    return "", ""  # "the scissors, I find"
                 continue  # "..., would you" sets no terms
             elif (kept := self._without_contrast(clause, literals)) is not None:
-                if bare and not (kept or asked):
+                if bare and not (kept or asked or insists):
                     return "", ""  # "not the bed, the sofa"
                 asked += [kept] if kept else []
             elif not self._only_tells(clause):
@@ -156,8 +184,12 @@ class ClauseReader:
         name = self._goals.first_name(told_of)
         if self._goals.mentions(told_of.replace(name, ",")):
             name = ""
-        if name and not questions and self._points(asked):
+        here = [slot(found, "goal") for _, found in readings(told, self._whereabouts)]
+        place = self._goals.first_name(here[0]) if len(here) == 1 else ""
+        if name and not questions and self._all_read(asked, self._pointing):
             asked = [f"{self._going} {name}"]
+        if place and not questions and self._all_read(asked, self._joining):
+            asked = [f"{self._going} {place}"]
         remains = ", ".join(asked or questions or lost)
         return remains, name
 
@@ -174,14 +206,21 @@ class ClauseReader:
         """Whether a step asks for no more than to look where the one before it leads."""
         return is_read(step.whole, self._looking)
 
+    def only_leaves(self, step: SentenceStep) -> bool:
+        """Whether a step asks to leave a known thing where and as it is."""
+        return any(
+            self._goals.knows(self._goals.without_article(slot(found, "goal")))
+            for _, found in readings([step.whole], self._leaving)
+        )
+
     def corrects(self, clause: str) -> bool:
         """Whether a clause begins like one that replaces what was said before it."""
         return self._correction.match(f" {clause}") is not None
 
-    def _points(self, clauses: Sequence[str]) -> bool:
-        """Whether all that is asked for is to go where something was told of: "can you look"."""
+    def _all_read(self, clauses: Sequence[str], rules: Sequence[SentenceRule]) -> bool:
+        """Whether clauses are one step, and a rule reads it."""
         steps = [step for clause in clauses for step in self._splitter.steps(clause)]
-        return len(steps) == 1 and next(readings(steps[0].ways, self._pointing), None) is not None
+        return len(steps) == 1 and next(readings(steps[0].ways, rules), None) is not None
 
     def is_marker(self, clause: str) -> bool:
         """Whether a clause does nothing but announce that it will be replaced."""
@@ -260,6 +299,9 @@ class ClauseReader:
 
     def _without_contrast(self, clause: str, literals: Sequence[str]) -> str | None:
         """A clause without the goal that it does not mean; None where it names none."""
+        if (read := next(readings([clause], self._rather), None)) is not None:
+            goals = list(read[1].groups())
+            return goals[-1] if all(self._goes(goal, literals) for goal in goals) else None
         if (found := self._contrast.fullmatch(f" {clause}")) is None:
             return None
         before, other, after = (found[part].strip(" ,") for part in ("before", "other", "after"))

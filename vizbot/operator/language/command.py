@@ -90,9 +90,11 @@ class Cancel:
 
     Attributes:
         goal: What is no longer wanted.
+        after: What to do instead; None: nothing.
     """
 
     goal: str
+    after: Mission | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,6 +164,8 @@ class Reason(Enum):
     CANNOT = "cannot"
     STATEMENT = "statement"
     BACKWARDS = "backwards"
+    ZONE = "zone"
+    TERMS = "terms"
     TOO_FAR = "too far"
 
 
@@ -212,6 +216,13 @@ def command_name(command: Command) -> str:
     return _NAMES[type(command)]
 
 
+def drives(command: Command) -> bool:
+    """Whether the robot drives for it."""
+    return isinstance(command, MISSIONS) or (
+        isinstance(command, Cancel) and command.after is not None
+    )
+
+
 def goals_of(command: Command | None) -> tuple[str, ...]:
     """The things and rooms that a command names, in order."""
     match command:
@@ -219,7 +230,9 @@ def goals_of(command: Command | None) -> tuple[str, ...]:
             return (*goals, *goals_of(after))
         case Explore(after) | Move(_, after):
             return goals_of(after)
-        case WhereIs(goal) | HowMany(goal) | All(goal) | Cancel(goal) | KeepOut(goal):
+        case Cancel(goal, after):
+            return (goal, *goals_of(after))
+        case WhereIs(goal) | HowMany(goal) | All(goal) | KeepOut(goal):
             return (goal,)
     return ()
 
@@ -232,12 +245,14 @@ def with_goals(command: Command, goals: Sequence[str]) -> Command:
             return _with_after(replace(command, goals=tuple(goals[: len(own)])), rest)
         case Explore() | Move():
             return _with_after(command, goals)
-        case WhereIs() | HowMany() | All() | Cancel() | KeepOut():
+        case Cancel():
+            return _with_after(replace(command, goal=goals[0]), goals[1:])
+        case WhereIs() | HowMany() | All() | KeepOut():
             return replace(command, goal=goals[0])
     return command
 
 
-def _with_after(command: GoTo | Explore | Move, goals: Sequence[str]) -> Command:
+def _with_after(command: GoTo | Explore | Move | Cancel, goals: Sequence[str]) -> Command:
     """The same command with other goals in what it does then."""
     if command.after is None:
         return command
@@ -246,7 +261,7 @@ def _with_after(command: GoTo | Explore | Move, goals: Sequence[str]) -> Command
 
 def split_goals(command: Command, parts: Callable[[str], Sequence[str]]) -> Command:
     """The same command, which goes to each part of a goal in turn."""
-    if not isinstance(command, GoTo | Explore | Move):
+    if not isinstance(command, GoTo | Explore | Move | Cancel):
         return command
     if isinstance(command, GoTo):
         command = replace(command, goals=tuple(chain.from_iterable(map(parts, command.goals))))
@@ -275,6 +290,8 @@ def task_requests(command: Mission) -> Sequence[str | Task | ShortMove]:
 
 def step_count(command: Command) -> int:
     """Of how many steps a command consists."""
+    if isinstance(command, Cancel) and command.after is not None:
+        return 1 + step_count(command.after)
     return len(task_requests(command)) if isinstance(command, MISSIONS) else 1
 
 
@@ -314,4 +331,6 @@ def _in_turn(first: Command | None, then: Command) -> Command | None:
             after_first = then if first.after is None else _in_turn(first.after, then)
             done = cast(Mission | None, after_first)
             return None if done is None else replace(first, after=done)
+        case (Cancel(after=None), GoTo() | All() | ComeBack() | Dock() | Explore() | Move()):
+            return replace(first, after=then)
     return None

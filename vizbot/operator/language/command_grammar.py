@@ -109,7 +109,8 @@ class Grammar:
 
         Quotes mean nothing here: no speaker says them.
         """
-        return self._parse(without_marks(line), ())
+        line = without_marks(line)
+        return self._or_stop(self._parse(line, ()), line, ())
 
     def typed(self, line: str) -> Command | None:
         """The command in a line that was typed to the robot; None if there is none.
@@ -122,9 +123,8 @@ class Grammar:
         if self._is_plain(command, literals):
             return command
         with_bare = self._parse(marked, literals, bare=True)
-        if command is not None and not self._is_plain(with_bare, literals):
-            return command
-        command = with_bare
+        command = with_bare if self._is_plain(with_bare, literals) or command is None else command
+        command = self._or_stop(command, marked, literals)
         whole = self._goals.without_article(tidy(plain(line)).replace(",", ""))
         if command == GoTo((whole,)) and not _QUOTE.search(line):
             return GoTo((line.strip(" .,;:!?"),))
@@ -134,7 +134,13 @@ class Grammar:
         """The parts of a typed line that stand in quotes."""
         return self._without_literals(line)[1]
 
-    def text(self, command: Command, at_once: bool = False, quoted: Collection[str] = ()) -> str:
+    def text(
+        self,
+        command: Command,
+        at_once: bool = False,
+        quoted: Collection[str] = (),
+        own: Callable[[str], str] = str,
+    ) -> str:
         """A sentence with the same meaning, for example "go to kitchen, then sofa, then dock".
 
         Args:
@@ -142,12 +148,14 @@ class Grammar:
             at_once: Whether the running task has to give way.
             quoted: Goals that are to be taken literally. They stand in quotes, like those which
                 `typed` would not find again without.
+            own: What people call a goal.
         """
         if at_once:
-            return self.urgent(self.text(command, quoted=quoted))
+            return self.urgent(self.text(command, quoted=quoted, own=own))
         text = self._writer.text(command, quoted, "{}")
         found_again = self.typed(text) == command and not self.is_urgent(text)
-        return text if found_again else self._writer.text(command, quoted, '"{}"')
+        named = with_goals(command, [*map(own, goals_of(command))])
+        return self._writer.text(named, {*map(own, quoted)}, "{}" if found_again else '"{}"')
 
     def urgent(self, text: str) -> str:
         """The same sentence, for which the running task has to give way."""
@@ -207,6 +215,19 @@ class Grammar:
         found = self._is_plain(beside, literals) and not isinstance(beside, Yes | No)
         return beside if found else command
 
+    def _or_stop(
+        self, command: Command | None, line: str, literals: Sequence[str]
+    ) -> Command | None:
+        """The command of a line; a stop where it is none and begins with one.
+
+        "Watch out, the cat!" is a warning, whatever the rest of it says.
+        """
+        if self._is_plain(command, literals):
+            return command
+        first = self._splitter.steps(self._splitter.polished(line))[:1]
+        warns = any(self._reader.command(step, literals) == Stop() for step in first)
+        return Stop() if warns else command
+
     def _is_plain(self, command: Command | None, literals: Sequence[str]) -> bool:
         """Whether a command is one that the robot can do as it stands."""
         if isinstance(command, Decline | None):
@@ -245,6 +266,8 @@ class Grammar:
                 commands = []  # "the kitchen, no, the study"
             if self._clauses.is_marker(step.whole) and place < len(steps) - 1:
                 continue  # "scratch that, the study"
+            if place < len(steps) - 1 and self._clauses.only_leaves(step):
+                continue  # "leave the bed and go to the sofa instead"
             goes = commands and isinstance(commands[-1], GoTo)
             if goes and self._clauses.only_looks(step):
                 continue  # "go to the door and see who is there"

@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import hypot
 
 from sim_stubs.homes.vocabulary import ROOMS
-from vizbot.behaviours.short_move import FARTHEST
+from vizbot.behaviours.short_move import FARTHEST, ShortMove
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Charging, Tracking
+from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.language.command import (
     All,
     Ask,
     Cancel,
+    ComeBack,
     Command,
     Decline,
+    Dock,
+    Explore,
     GoOn,
     HowMany,
     KeepOut,
     Mission,
+    Move,
     No,
     Stop,
     Topic,
@@ -32,8 +37,14 @@ from vizbot.operator.language.lexicon import singulars
 from vizbot.operator.session.approached_candidate import ApproachedCandidate
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.session.task_queue import QueuedTask
 
 _CHARGES = (Charging.RECONDITIONING, Charging.FULL_CHARGING, Charging.TRICKLE)
+_COMMANDS: Mapping[Task, Mission] = {
+    Task.EXPLORE: Explore(),
+    Task.COME_BACK: ComeBack(),
+    Task.DOCK: Dock(),
+}
 _MOST_NAMES = 8
 """Names of what is seen that are said at once."""
 
@@ -96,8 +107,12 @@ class Dispatcher:
                 return Reply((self._how_many(goal),))
             case Ask(topic):
                 return Reply((self._about(topic),))
-            case Cancel(goal):
-                return Reply((self._cancelled(goal, who),))
+            case Cancel(goal, after):
+                cancelled = self._cancelled(goal, who)
+                if after is None:
+                    return Reply((cancelled,))
+                reply = self._ask_for(after, at_once, stops)
+                return replace(reply, said=(cancelled, *reply.said))
             case KeepOut(goal):
                 return Reply((self._kept_out(goal),))
             case GoOn():
@@ -109,7 +124,8 @@ class Dispatcher:
             case Yes():
                 return Reply((say("nothing_asked"),))
             case No():
-                return Reply((say("no_then"),))
+                runs = bool(self._to_do())
+                return Reply((say("no_running", task=self._task()) if runs else say("no_then"),))
             case Decline(reason):
                 return Reply((say(reason.value, most=FARTHEST),))
         return self._ask_for(command, at_once, stops)
@@ -118,15 +134,15 @@ class Dispatcher:
         tasks = self._session.ask(task_requests(command), at_once=at_once, stops=stops)
         numbers = tuple(task.number for task in tasks)
         if isinstance(command, All):
-            said = self._language.say("asked_all", goal=command.goal)
+            said = self._language.say("asked_all", goal=self._own(command.goal))
             return Reply((said, self._language.say("one_of_all")), numbers=numbers)
-        text = self._language.grammar.text(command, at_once)
+        text = self._language.grammar.text(command, at_once, own=self._own)
         return Reply((self._language.say("asked", text=text),), numbers=numbers)
 
     def _judged(self, confirmed: bool, who: str) -> Reply:
         """What is said after an arrival answers whether that is it."""
         tasks = self._session.judge(confirmed=confirmed, who=who)
-        said = tuple(self._language.say("searching_on", goal=task.text) for task in tasks)
+        said = tuple(self._language.say("searching_on", goal=self._name(task)) for task in tasks)
         numbers = tuple(task.number for task in tasks)
         return Reply(said or (self._language.say("confirmed"),), numbers=numbers)
 
@@ -140,18 +156,19 @@ class Dispatcher:
         answer = self._live_map.places(goal)
         located = answer.outcome is Outcome.LOCATED
         place = answer.places[0].position[:2] if located else None
-        return Reply((self._live_map.summary(answer, self._language),), place=place)
+        named = replace(answer, text=self._own(answer.text))
+        return Reply((self._live_map.summary(named, self._language),), place=place)
 
     def _how_many(self, goal: str) -> str:
         count = self._live_map.count(goal)
         answer = {0: "how_many_none", 1: "how_many_one"}.get(count, "how_many")
-        return self._language.say(answer, goal=goal, count=count)
+        return self._language.say(answer, goal=self._own(goal), count=count)
 
     def _cancelled(self, goal: str, who: str) -> str:
         called_off = self._session.call_off(self._same_goals(goal), who)
         if not called_off:
-            return self._language.say("cancelled_none", goal=goal)
-        return self._language.say("cancelled", goals=", ".join(called_off))
+            return self._language.say("cancelled_none", goal=self._own(goal))
+        return self._language.say("cancelled", goals=", ".join(map(self._own, called_off)))
 
     def _same_goals(self, goal: str) -> list[str]:
         """The texts in the queue that mean the same as a goal."""
@@ -166,8 +183,9 @@ class Dispatcher:
     def _kept_out(self, goal: str) -> str:
         size = self._live_map.keep_out_of(goal)
         if size is None:
-            return self._language.say("kept_out_none", goal=goal)
-        return self._language.say("kept_out", goal=goal, width=size[0], depth=size[1])
+            return self._language.say("kept_out_none", goal=self._own(goal))
+        width, depth = size
+        return self._language.say("kept_out", goal=self._own(goal), width=width, depth=depth)
 
     def _going_on(self) -> str:
         waiting = self._to_do()
@@ -179,7 +197,22 @@ class Dispatcher:
     def _to_do(self) -> Sequence[str]:
         """The tasks that are not over: the running one first."""
         tasks = self._session.queue.tasks()
-        return [task.text for task in tasks if task.outcome is None and not task.called_off]
+        return [self._name(task) for task in tasks if task.outcome is None and not task.called_off]
+
+    def _own(self, goal: str) -> str:
+        """What people call a goal of the encoder's."""
+        return self._language.lexicon.own(goal)
+
+    def _name(self, task: QueuedTask) -> str:
+        """What people call a task."""
+        match task.request:
+            case str():
+                return self._own(task.request)
+            case Waypoint(x, y):
+                return self._language.say("a_place", x=x, y=y)
+            case ShortMove():
+                return self._language.grammar.text(Move((task.request,)))
+        return self._language.grammar.text(_COMMANDS[task.request])
 
     def _about(self, topic: Topic) -> str:
         match topic:
@@ -213,11 +246,10 @@ class Dispatcher:
         room = next((name for name in self._live_map.in_view() if name in ROOMS), None)
         if room is None:
             return place
-        named = self._language.lexicon.own(room)
-        return self._language.say("place_room", place=place, room=named)
+        return self._language.say("place_room", place=place, room=self._own(room))
 
     def _sight(self) -> str:
-        names = map(self._language.lexicon.own, self._live_map.in_view()[:_MOST_NAMES])
+        names = map(self._own, self._live_map.in_view()[:_MOST_NAMES])
         seen = ", ".join(names)
         return self._language.say("sight" if seen else "sight_none", names=seen)
 

@@ -65,6 +65,8 @@ class GoalReader:
         self._wording = wording
         self._pronouns = {word.casefold() for word in words["pronouns"]}
         self._ones = {word.casefold() for word in words["ones"]}
+        self._persons = re.compile(rf"(?:{either(words['persons'])})\b")
+        self._motions = re.compile(rf"\b(?:{either(words['motions'])})\b")
         self._towards = re.compile(rf"^(?:{either(words['towards'])}) ")
         self._articles = re.compile(rf"^(?:(?:{either(words['articles'])})(?: |$))+")
         self._tail = re.compile(rf"{part('tails')}(?= |$)")
@@ -80,6 +82,11 @@ class GoalReader:
     def is_pronoun(self, goal: str) -> bool:
         """Whether a goal stands for what was named before."""
         return goal in self._pronouns
+
+    def is_none(self, goal: str) -> bool:
+        """Whether a goal that is not known names no thing at all: "me", "bit to the left"."""
+        none = self._persons.match(goal) or self._motions.search(goal)
+        return none is not None and not self.mentions(goal)
 
     def is_towards(self, words: str) -> bool:
         """Whether words begin with what stands before a place, like "to"."""

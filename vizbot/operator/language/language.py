@@ -10,10 +10,12 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
+from sim_stubs.homes.vocabulary import ROOMS
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import CLAUSE_JOINT
 from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.lexicon import Lexicon, english_lexicon, translating_lexicon
+from vizbot.operator.language.step_splitter import either
 from vizbot.operator.voice.phrase_grammar import Phrasing
 
 _OF_ENCODERS = "en"
@@ -47,6 +49,18 @@ class Language:
     def grammar(self) -> Grammar:
         """Reads its sentences; made when the first one is read, since that takes a while."""
         return Grammar(self.entries, self.lexicon.is_name, self.lexicon.knows)
+
+    def without_room(self, goal: str) -> tuple[str, str]:
+        """A known thing without the room that it is said to be in, and these words.
+
+        The second is empty, and the first the goal, where it is in none.
+        """
+        plain = self.grammar.without_article
+        for found in re.finditer(rf"\s(?:{either(self.entries['words']['within'])})\s", goal):
+            thing, room = goal[: found.start()], plain(goal[found.end() :])
+            if self.lexicon.names.get(room) in ROOMS and self.lexicon.knows(thing):
+                return thing, goal[found.start() :].strip()
+        return goal, ""
 
     def say(self, answer: str, **fields: object) -> str:
         """What the robot says.
@@ -93,7 +107,7 @@ def load_language(code: str) -> Language:
         raise ConfigError(f"--language {code}: give one of {', '.join(languages())}")
     entries = tomllib.loads((FOLDER / f"{code}.toml").read_text(encoding="utf-8"))
     make_lexicon = english_lexicon if code == _OF_ENCODERS else translating_lexicon
-    lexicon = make_lexicon(entries["names"], entries["small"])
+    lexicon = make_lexicon(entries["names"], entries["small"], entries["words"]["unread"])
     joint = entries["words"]["and"][0]
     return Language(
         code,

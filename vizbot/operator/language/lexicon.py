@@ -35,12 +35,14 @@ class Meaning:
     Attributes:
         words: What the encoder is asked for.
         notes: What was heard and what is meant, where these are different words.
+        unread: Words left out since the robot cannot tell one thing from another by them.
         known: Whether the robot knows every word of it, and one of them is a name.
         near: A goal that it knows and that is written alike; None where it knows the goal, or none.
     """
 
     words: str
     notes: tuple[tuple[str, str], ...] = ()
+    unread: tuple[str, ...] = ()
     known: bool = True
     near: str | None = None
 
@@ -55,7 +57,11 @@ class Lexicon:
     """
 
     def __init__(
-        self, names: Mapping[str, str], small: Mapping[str, str], offered: Iterable[str]
+        self,
+        names: Mapping[str, str],
+        small: Mapping[str, str],
+        unread: Iterable[str],
+        offered: Iterable[str],
     ) -> None:
         """Take over a language.
 
@@ -63,16 +69,19 @@ class Lexicon:
             names: What each name is to the encoder; keys are in small letters.
             small: The same of words that may stand beside a name; empty for those that are left
                 out.
+            unread: Words that are left out beside a name, which is said.
             offered: Names as they are written, the usual one for a thing before others: these
                 are offered for what is written alike.
         """
         self.names = names
         self.offered = {name.casefold(): name for name in offered}
-        self._small = small
+        self._unread = frozenset(unread)
+        self._small = {**small, **dict.fromkeys(self._unread, "")}
         self._own: dict[str, str] = {}
         for plain, name in self.offered.items():
             self._own.setdefault(names[plain], name)
-        self._words = sorted({word for name in self.offered for word in name.split()} | {*small})
+        words = {word for name in self.offered for word in name.split()}
+        self._words = sorted({*words, *self._small})
 
     def read(self, goal: str, *, alone: bool = False) -> Meaning:
         """What a goal means.
@@ -100,7 +109,7 @@ class Lexicon:
 
     def own(self, words: str) -> str:
         """What people call a thing or room that the encoder has another word for."""
-        return words if words in self.names else self._own.get(words, words)
+        return self._own.get(words, words)
 
     def parts(self, goal: str, joint: str) -> tuple[str, ...]:
         """The goals in "sofa and bed", where each part of it has a name; else the goal alone."""
@@ -115,6 +124,7 @@ class Lexicon:
         pieces, notes, named, end, i = [], [], False, 0, 0
         unknown, beside = list[str](), list[str]()
         strange = list[str]()  # unknown words that may belong to the next name
+        unread = list[str]()
         while i < len(words):
             count, meant = self._name_at(words, i)
             start, stop = tokens[i].start(), tokens[i + count - 1].end()
@@ -127,6 +137,7 @@ class Lexicon:
             elif (small := self._beside(words[i])) is not None:
                 named = named or words[i] in self.names
                 unknown, strange = [*unknown, *strange], []
+                unread += [words[i]] if words[i] in self._unread else []
                 pieces += [text[end:start], heard if small == words[i] else small]
             else:
                 strange.append(words[i])
@@ -134,7 +145,7 @@ class Lexicon:
             end, i = stop, i + count
         read = " ".join("".join([*pieces, text[end:]]).split())
         unknown += strange
-        meaning = Meaning(read or goal, tuple(notes), known=named and not unknown)
+        meaning = Meaning(read or goal, tuple(notes), tuple(unread), named and not unknown)
         return meaning, unknown, beside
 
     def _beside(self, word: str) -> str | None:
@@ -165,13 +176,16 @@ class Lexicon:
         return plain if meaning.known and not beside else None
 
 
-def english_lexicon(names: Mapping[str, str], small: Mapping[str, Sequence[str]]) -> Lexicon:
+def english_lexicon(
+    names: Mapping[str, str], small: Mapping[str, Sequence[str]], unread: Sequence[str]
+) -> Lexicon:
     """The names of the encoder's own language.
 
     Args:
         names: For each name of the encoder's, more words for it, between bars.
-        small: `keep` lists words that may stand beside a name, `things` what names any thing, and
-            `untrained` what only other encoders know.
+        small: `keep` lists words that may stand beside a name, `dropped` those of these that are
+            left out, `things` what names any thing, and `untrained` what only other encoders know.
+        unread: Words that are left out beside a name, which is said.
     """
     others = {word: name for group in (SYNONYMS, ROOMS) for name, them in group.items()
               for word in them}  # fmt: skip
@@ -182,23 +196,27 @@ def english_lexicon(names: Mapping[str, str], small: Mapping[str, Sequence[str]]
     things = {name: name for name in (*small["things"], *small["untrained"])}
     return Lexicon(
         {**things, **wider, **others, **more, **known},
-        {word: word for word in kept},
+        {word: word for word in kept} | dict.fromkeys(small["dropped"], ""),
+        unread,
         [*known, *others, *more, *small["untrained"]],
     )
 
 
-def translating_lexicon(names: Mapping[str, str], small: Mapping[str, str]) -> Lexicon:
+def translating_lexicon(
+    names: Mapping[str, str], small: Mapping[str, str], unread: Sequence[str]
+) -> Lexicon:
     """The names of another language.
 
     Args:
         names: For each name of the encoder's, the words for it, the usual one first, between bars.
         small: For each word that may stand beside a name, in all its forms between bars, the
             encoder's; empty for those that are left out.
+        unread: Words that are left out beside a name, which is said.
     """
     written = {word: name for name, words in names.items() for word in words.split("|")}
     translated = {word.casefold(): name for word, name in written.items()}
     beside = {word.casefold(): name for words, name in small.items() for word in words.split("|")}
-    return Lexicon(translated, beside, written)
+    return Lexicon(translated, beside, unread, written)
 
 
 def _nearest(word: str, names: Iterable[str]) -> str | None:

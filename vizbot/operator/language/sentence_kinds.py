@@ -29,8 +29,8 @@ from vizbot.operator.language.command import (
 
 KINDS = (
     "stop", "no", "yes", "go_on", "explore", "dock", "come_back", "help", "battery", "place",
-    "sight", "task", "how_many", "where", "keep_out", "cancel", "turn_around", "turn_left",
-    "turn_right", "backwards", "forward", "all", "go",
+    "sight", "task", "how_many", "where", "let_in", "keep_out", "cancel", "turn_around",
+    "turn_left", "turn_right", "backwards", "forward", "all", "go",
 )  # fmt: skip
 """What a language has patterns for, the first that fits is taken."""
 FORBIDDABLE = {"explore", "dock", "come_back", "turn_left", "turn_right", "turn_around",
@@ -64,6 +64,7 @@ ALONE: Mapping[str, Command] = {
     "come_back": ComeBack(),
     "turn_around": Move((ShortMove(turn=pi),)),
     "backwards": Decline(Reason.BACKWARDS),
+    "let_in": Decline(Reason.ZONE),
     **{kind: Ask(topic) for topic, kind in TOPICS.items()},
 }
 """Kinds that need no further words."""

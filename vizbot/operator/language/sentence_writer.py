@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from math import degrees
 
 from vizbot.behaviours.short_move import ShortMove
-from vizbot.operator.language.command import Ask, Command, Decline, Explore, GoTo, Move
+from vizbot.operator.language.command import Ask, Cancel, Command, Decline, Explore, GoTo, Move
 from vizbot.operator.language.sentence_kinds import ABOUT, ALONE, TOPICS
 
 
@@ -37,6 +37,9 @@ class SentenceWriter:
             case GoTo(goals, after):
                 steps = self._in_turn([*map(named, goals)], after, quoted, goal_format)
                 return self._sentences["go_to"].format(goals=steps)
+            case Cancel(goal, after):
+                cancelled = self._sentences["cancel"].format(goal=named(goal))
+                return self._in_turn([cancelled], after, quoted, goal_format)
             case Explore(after):
                 return self._in_turn([self._sentences["explore"]], after, quoted, goal_format)
             case Move(moves, after):

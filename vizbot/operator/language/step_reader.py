@@ -8,7 +8,15 @@ from math import pi, radians
 from typing import Any
 
 from vizbot.behaviours.short_move import FARTHEST, ShortMove
-from vizbot.operator.language.command import Command, Decline, GoTo, Move, Reason
+from vizbot.operator.language.command import (
+    Ask,
+    Command,
+    Decline,
+    GoTo,
+    Move,
+    Reason,
+    goals_of,
+)
 from vizbot.operator.language.goal_reader import GoalReader
 from vizbot.operator.language.sentence_kinds import ABOUT, ALONE, FORBIDDABLE, KINDS, LOOSE
 from vizbot.operator.language.sentence_rules import RuleMaker, SentenceRule, readings, slot
@@ -68,14 +76,16 @@ class StepReader:
         if next(readings(step.ways, self._cannot_early), None) is not None:
             return Decline(Reason.CANNOT)
         tells = unsure = strange = None
-        empty = False
+        empty = orders = False
         for rule, found in readings(step.ways, self.rules):
             goal = slot(found, "goal")
             known = self._goals.knows(self._goals.goal(goal, literals))
             if goal and not (known or forbids) and (name := self._goals.before_tail(goal)):
                 return self._about(rule.kind, name)
             if self._goals.tells(goal):
-                tells = Decline(Reason.CANNOT)  # "go to the kitchen if the door is open"
+                terms = rule.kind == "go" and self._wording.sets_terms(goal)
+                tells = Decline(Reason.TERMS if terms else Reason.CANNOT)
+                orders = orders or rule.kind == "go"
             elif rule.kind in LOOSE and not known:
                 unsure = self.read(rule, found, literals) if unsure is None else unsure
             elif not forbids or not (rule.kind in FORBIDDABLE or self._wording.forbids(goal)):
@@ -85,11 +95,14 @@ class StepReader:
                 empty = empty or command is None  # "go to the"
                 strange = command if strange is None else strange
         if strange is not None:
-            return strange
+            return self._or_none(strange, literals)
         if unsure is None and forbids:
             return Decline(Reason.NOT)
-        if (answer := self._loose_command(step.ways, literals, unsure)) is not None:
-            return answer
+        answer = self._loose_command(step.ways, literals, unsure)
+        if answer is not None and not (orders and isinstance(answer, Ask)):
+            return self._or_none(answer, literals)
+        if tells == Decline(Reason.TERMS):
+            return tells  # "go to the kitchen if the door is open"
         goal = self._goals.goal(step.words, literals)
         if (
             not self._goals.is_name(goal)
@@ -108,7 +121,14 @@ class StepReader:
         if long and told and not self._goals.knows(goal):
             return Decline(Reason.STATEMENT)  # "the people here go to the kitchen"
         long = long and not self._goals.first_name(goal)
-        return None if not goal or long else GoTo((goal,))
+        return None if not goal or long else self._or_none(GoTo((goal,)), literals)
+
+    def _or_none(self, command: Command, literals: Sequence[str]) -> Command:
+        """A command; one that cannot be done where it is about what is no thing at all."""
+        for goal in goals_of(command):
+            if goal not in literals and not self._goals.knows(goal) and self._goals.is_none(goal):
+                return Decline(Reason.CANNOT)
+        return command
 
     def read(
         self, rule: SentenceRule, found: re.Match[str], literals: Sequence[str] = ()

@@ -7,11 +7,13 @@ drives to what nobody named.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from vizbot.operator.language.command import (
-    MISSIONS,
     Command,
+    HowMany,
+    WhereIs,
+    drives,
     goals_of,
     split_goals,
     with_goals,
@@ -53,7 +55,12 @@ def understand(
         return (goal,) if literally else language.lexicon.parts(goal, language.joint)
 
     command = split_goals(command, parts)
-    goals, read, notes = goals_of(command), [], []
+    notes = list[str]()
+    if isinstance(command, WhereIs | HowMany) and not _is_literal(command.goal, literal):
+        goal, room = language.without_room(command.goal)
+        command = replace(command, goal=goal)
+        notes += [language.say("unread", word=room)] if room else []
+    goals, read = goals_of(command), list[str]()
     for place, goal in enumerate(goals):
         if _is_literal(goal, literal):
             read.append(goal)
@@ -71,14 +78,14 @@ def understand(
             )
         read.append(meaning.words)
         notes += [language.say("reading", heard=one, meant=other) for one, other in meaning.notes]
+        notes += [language.say("unread", word=word) for word in meaning.unread]
     return Understanding(with_goals(command, read), tuple(notes))
 
 
 def _question(command: Command, goal: str, near: str | None, language: Language) -> str:
     if near is not None:
         return language.say("did_you_mean", goal=near)
-    drives = isinstance(command, MISSIONS)
-    return language.say("search_for" if drives else "look_for", goal=goal)
+    return language.say("search_for" if drives(command) else "look_for", goal=goal)
 
 
 def _is_literal(goal: str, literal: Collection[str]) -> bool:

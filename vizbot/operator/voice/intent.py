@@ -12,13 +12,13 @@ from dataclasses import dataclass, field, replace
 
 from sim_stubs.homes.vocabulary import ROOMS, SYNONYMS
 from vizbot.operator.language.command import (
-    MISSIONS,
     Command,
     Decline,
     No,
     Reason,
     Stop,
     Yes,
+    drives,
     goals_of,
     step_count,
     with_goals,
@@ -125,7 +125,7 @@ class Utterance:
     @property
     def drives(self) -> bool:
         """Whether the robot drives for it."""
-        return isinstance(self.command, MISSIONS)
+        return self.command is not None and drives(self.command)
 
     @property
     def obeys(self) -> bool:
@@ -268,6 +268,7 @@ def _read(
         if command in (
             Decline(Reason.CANNOT),
             Decline(Reason.STATEMENT),
+            Decline(Reason.TERMS),
         ):  # people talk to each other, too
             command = None
     at_once, sure = grammar.is_urgent(words), top >= CERTAIN or hypothesis.score >= PLAIN
