@@ -283,6 +283,7 @@ class Pipeline:
             command=command,
             seen_share=self.map.exploration.frontiers.seen_share,
             candidate_xy=None if goal is None else self._candidate_xy(decision),
+            decided_score=decision.score,
         )
         self.steps += 1
         self._observers.on_step(step)

@@ -198,6 +198,15 @@ def test_the_end_in_vain_is_shown_beside_what_would_have_been_enough():
     assert decisions[-1].threshold == settings.last
 
 
+def test_the_score_of_what_it_goes_up_to_is_told_though_another_place_is_likelier():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief, before = believed(at={(5.1, 2.1): 0.85, (1.1, 3.1): 0.95}), planar(4.3, 2.1, 0.0)
+    decisions = [search.go(SOFA, belief, grid, before) for _ in range(LOOK_STEPS + 1)]
+    assert {decision.score for decision in decisions} == {0.85}
+    assert decisions[-1].ended == (Outcome.ARRIVED, "85% sure, from near by")
+
+
 def test_a_held_aim_is_shown_beside_what_it_may_fall_to():
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)

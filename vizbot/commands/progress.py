@@ -52,11 +52,11 @@ class Progress:
             self._show(f"frame {step.index:4d}  keyframe {keyframe}{_seen(step)}")
             return
         measure = step.measure
-        best = "-" if step.best_score is None else measure.text(step.best_score)
+        score = "-" if step.shown_score is None else measure.text(step.shown_score)
         to_go = "-" if step.distance_to_go is None else f"{step.distance_to_go:.1f} m"
         self._show(
             f"step {self._steps:4d}{self._most}  {_short(step.goal)}: {_doing(step)}"
-            f"  {measure} {best} (enough: {measure.text(step.threshold)})  to go {to_go}"
+            f"  {measure} {score} (enough: {measure.text(step.threshold)})  to go {to_go}"
             f"{_seen(step)}"
         )
 

@@ -151,6 +151,7 @@ class Step:
             None before one.
         candidate_xy: (2,) x, y in `map` [m] of the place that the robot goes up to because it may
             be the goal; None without one.
+        decided_score: Score of the place that this step is done for; None where it is for none.
     """
 
     index: int
@@ -179,6 +180,12 @@ class Step:
     command: Twist | None
     seen_share: float | None = None
     candidate_xy: NDArray[np.float64] | None = None
+    decided_score: float | None = None
+
+    @property
+    def shown_score(self) -> float | None:
+        """Score of the place that the step is done for, or of the best one where it is for none."""
+        return self.best_score if self.decided_score is None else self.decided_score
 
     @property
     def best_score(self) -> float | None:

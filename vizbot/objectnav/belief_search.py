@@ -212,13 +212,23 @@ class BeliefSearch:
                 activity = "exploring" if exploring else "looking closer"
                 self._previous = navigation
                 why = self._why(option, options, T_map_base)
-                return Decision(navigation.twist, activity, navigation, exploring, sure, why=why)
+                score = None if exploring else option.probability
+                return Decision(
+                    navigation.twist, activity, navigation, exploring, sure, why=why, score=score
+                )
             if navigation is not None and option.kind == "place" and self._aim is not None:
                 self._aim.looking += 1
                 if self._aim.looking <= LOOK_STEPS:
                     why = reasons.near_by(option.probability, sure=False, standing=True)
                     why = self._unless_affirmed(option.xy, why)
-                    return Decision(STOP, "making sure", navigation, threshold=sure, why=why)
+                    return Decision(
+                        STOP,
+                        "making sure",
+                        navigation,
+                        threshold=sure,
+                        why=why,
+                        score=option.probability,
+                    )
             self._aim = None
             if option.kind == "place":
                 self._looks.add(option.xy, T_map_base[:2, 3])
@@ -252,19 +262,25 @@ class BeliefSearch:
             if aim is None or not self._aims_at("stop", xy):
                 aim = self._aim = _Aim("stop", xy)
             self._previous = navigation
-            standing = navigation.arrived
-            why = reasons.near_by(float(probabilities[i]), sure=True, standing=standing)
-            why = self._unless_affirmed(xy, why)
+            score, standing = float(probabilities[i]), navigation.arrived
+            why = reasons.near_by(score, sure=True, standing=standing)
+            decision = Decision(
+                navigation.twist,
+                "closing in",
+                navigation,
+                threshold=threshold,
+                why=self._unless_affirmed(xy, why),
+                score=score,
+            )
             if not standing:
-                twist = navigation.twist
-                return Decision(twist, "closing in", navigation, threshold=threshold, why=why)
+                return decision
             aim.looking += 1
             if aim.looking <= LOOK_STEPS:
-                return Decision(STOP, "making sure", navigation, threshold=threshold, why=why)
+                return replace(decision, twist=STOP, activity="making sure")
             self.answer_xy = xy
-            reason = self._unless_affirmed(xy, f"{probabilities[i]:.0%} sure, from near by")
+            reason = self._unless_affirmed(xy, f"{score:.0%} sure, from near by")
             ended = Outcome.ARRIVED, reason
-            return Decision(STOP, "arrived", navigation, threshold=threshold, ended=ended)
+            return replace(decision, twist=STOP, activity="arrived", why="", ended=ended)
         return None
 
     @property
@@ -300,8 +316,14 @@ class BeliefSearch:
                 self._previous = navigation
                 probability = float(belief.probabilities[rows, columns][navigation.goal])
                 why = reasons.going_back(navigation.goal_xy, probability, T_map_base)
-                twist = navigation.twist
-                return Decision(twist, "going back", navigation, threshold=least, why=why)
+                return Decision(
+                    navigation.twist,
+                    "going back",
+                    navigation,
+                    threshold=least,
+                    why=why,
+                    score=probability,
+                )
         share = self._frontiers.seen_share or 0.0
         reason = f"{share:.0%} of what can be reached was seen, and nothing there is likely enough"
         ended = Outcome.NOT_FOUND, reason

@@ -171,7 +171,9 @@ class PaperSearch:
         if not navigation.arrived:
             activity = "going to what was found"
             why = reasons.above(similarity, theta, lowered=theta < goal.threshold)
-            return Decision(navigation.twist, activity, navigation, threshold=theta, why=why)
+            return Decision(
+                navigation.twist, activity, navigation, threshold=theta, why=why, score=similarity
+            )
         self._answer = action.element
         ended = Outcome.ARRIVED, f"similarity {similarity:.3f}, within reach"
-        return Decision(STOP, "arrived", navigation, threshold=theta, ended=ended)
+        return Decision(STOP, "arrived", navigation, threshold=theta, ended=ended, score=similarity)

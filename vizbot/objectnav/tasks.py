@@ -91,6 +91,7 @@ class Decision:
         threshold: The score that the places of the goal were held against; None where none were.
         why: Why this is done, as in `Step`; empty where it needs no saying.
         ended: How the task ended in this step, and why in one line; None while it goes on.
+        score: Of the place that this is done for; None where it is done for none.
     """
 
     twist: Twist
@@ -100,3 +101,4 @@ class Decision:
     threshold: float | None = None
     ended: tuple[Outcome, str] | None = None
     why: str = ""
+    score: float | None = None

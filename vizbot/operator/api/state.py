@@ -64,7 +64,7 @@ def state_of(session: OperatorSession) -> dict[str, object]:
     step, scored = session.newest_step(), session.scored_step()
     if step is None:
         return state | {"step": None, "activity": "starting", "map_view": None}
-    best, to_go = step.best_score, step.distance_to_go
+    score, to_go = step.shown_score, step.distance_to_go
     return state | {
         "step": step.index,
         "activity": step.activity,
@@ -74,7 +74,7 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "tracking": step.estimate.tracking,
         "position": [round(float(value), 3) for value in step.T_map_base[:2, 3]],
         "heading": round(yaw_of(step.T_map_base), 3),
-        "score": None if best is None else round(best, 4),
+        "score": None if score is None else round(score, 4),
         "measure": step.measure,
         "threshold": round(step.threshold, 4),
         "distance_to_go": None if to_go is None else round(to_go, 2),

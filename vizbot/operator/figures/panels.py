@@ -156,9 +156,9 @@ def board(step: Step, track: NDArray[np.float64]) -> Image:
     pictures = np.vstack([np.hstack([a, b]), np.hstack([c, d])])
     lines = np.full((64, pictures.shape[1], 3), 255, np.uint8)
     text = f"{step.index:4d}  {step.goal}  |  {step.activity}"
-    if step.best_score is not None:
-        best, enough = map(step.measure.text, (step.best_score, step.threshold))
-        text += f"  |  {step.measure} {best} (enough: {enough})"
+    if step.shown_score is not None:
+        score, enough = map(step.measure.text, (step.shown_score, step.threshold))
+        text += f"  |  {step.measure} {score} (enough: {enough})"
     _write(lines, text, (10, 24), 0.55)
     _write(lines, step.why, (10, 50), 0.55)
     return np.vstack([pictures, lines])
