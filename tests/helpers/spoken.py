@@ -100,7 +100,7 @@ VOICES = (
 )
 """Names of espeak-ng and words in a minute."""
 
-BUILDING, FINAL = (7, VOICES[0::2]), (4321, (("en-us-nyc", 155), ("en-gb-x-gbcwmd", 150)))
+BUILDING, FINAL = (7, VOICES[0::2]), (8765, (("en-gb-x-gbclan", 155), ("en-us+m1", 150)))
 """Seed and voices of the sentences that the grammar itself makes: those for building, and those
 that are heard once."""
 ENDS = ("", ", then come back", " and come back", ", then dock", " and explore", ", then explore")
