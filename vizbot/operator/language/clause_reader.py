@@ -112,6 +112,7 @@ class ClauseReader:
         self._unfinished = {word.casefold() for word in remarks["unfinished"]}
         self._subject = re.compile(rf"(?:{either(remarks['subjects'])})\b")
         self._governed = re.compile(rf"\S+ (?:{either(remarks['subjects'])})\b")
+        self._charger = re.compile(rf"{maker.part('charger')}(?= |$)")
         self._finite = re.compile(rf"\b(?:{either(remarks['finite'])})\b")
 
     def asked(
@@ -301,6 +302,7 @@ class ClauseReader:
         strange = len(clause.split()) < _FEWEST_WORDS or self._goals.mentions(clause)
         strange = strange or self._governed.match(clause) is not None
         strange = strange or self._amount.search(clause) is not None
+        strange = strange or self._charger.search(f" {clause}") is not None
         goal = any(self._goals.without_article(way) != way for way in ways)
         return not (order or strange or goal or self.corrects(clause))
 
