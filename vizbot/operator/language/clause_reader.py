@@ -112,10 +112,11 @@ class ClauseReader:
         self._unfinished = {word.casefold() for word in remarks["unfinished"]}
         self._subject = re.compile(rf"(?:{either(remarks['subjects'])})\b")
         self._governed = re.compile(rf"\S+ (?:{either(remarks['subjects'])})\b")
+        self._charger = re.compile(rf"{maker.part('charger')}(?= |$)")
         self._finite = re.compile(rf"\b(?:{either(remarks['finite'])})\b")
 
     def asked(
-        self, polished: str, literals: Sequence[str], *, bare: bool = False
+        self, polished: str, literals: Sequence[str], *, bare: bool = False, polite: bool = False
     ) -> tuple[str, str]:
         """A line without the clauses that ask for nothing, and the only name in these.
 
@@ -132,9 +133,11 @@ class ClauseReader:
             literals: What each mark in it stands for.
             bare: Whether a goal needs no words before it. Then what tells something of it asks for
                 nothing: "the dog, he is hungry".
+            polite: Whether its first words end with "please". These are asked for all the same,
+                if they are a goal: "trash can please, it stinks".
         """
         asked, questions, told = list[str](), list[str](), list[str]()
-        lost, cancels = list[str](), False
+        lost, missed, cancels = list[str](), list[str](), False
         clauses = self._clauses(polished, literals)
         insists = any(is_read(clause, self._insisting) for clause in clauses)
         for clause in clauses if len(clauses) <= MOST_STEPS else []:
@@ -158,6 +161,7 @@ class ClauseReader:
                 questions.append(clause)
             elif self._tells_of_loss(command, clause):
                 lost.append(clause)
+                missed += goals_of(command)
             elif self.is_marker(clause) or not (
                 isinstance(command, Decline | None) or self._wording.is_idle(clause)
             ):
@@ -175,12 +179,12 @@ class ClauseReader:
             elif (
                 self._wording.sets_terms(clause)
                 or (asked and self._takes_back(clause))
-                or (bare and (self._backwards.search(clause) or self._goals.mentions(clause)))
+                or (bare and not (polite and self._only_names(asked)) and self._tells(clause))
             ):
                 return "", ""
             else:
                 told.append(clause)
-        told_of = ", ".join(told + lost)
+        told_of = ", ".join(told + missed)
         name = self._goals.first_name(told_of)
         if self._goals.mentions(told_of.replace(name, ",")):
             name = ""
@@ -197,6 +201,15 @@ class ClauseReader:
         """Whether a clause asks where something is by telling that it is lost: "I lost my bag"."""
         loses = isinstance(command, WhereIs) and self._subject.match(clause) is not None
         return loses and not self._wording.sets_terms(clause)
+
+    def _only_names(self, clauses: Sequence[str]) -> bool:
+        """Whether clauses are one known goal."""
+        goals = map(self._goals.without_article, clauses)
+        return len(clauses) == 1 and all(map(self._goals.knows, goals))
+
+    def _tells(self, clause: str) -> bool:
+        """Whether a clause may tell something of a thing that stands alone: "he is hungry"."""
+        return self._backwards.search(clause) is not None or self._goals.mentions(clause)
 
     def denies(self, clause: str) -> bool:
         """Whether a clause takes back all that was said before it."""
@@ -289,6 +302,7 @@ class ClauseReader:
         strange = len(clause.split()) < _FEWEST_WORDS or self._goals.mentions(clause)
         strange = strange or self._governed.match(clause) is not None
         strange = strange or self._amount.search(clause) is not None
+        strange = strange or self._charger.search(f" {clause}") is not None
         goal = any(self._goals.without_article(way) != way for way in ways)
         return not (order or strange or goal or self.corrects(clause))
 

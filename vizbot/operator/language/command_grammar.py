@@ -207,7 +207,8 @@ class Grammar:
         if self._is_plain(command, literals):
             return command
         asking = self._splitter.polished(line, asking=True)
-        asked, named = self._clauses.asked(asking, literals, bare=bare)
+        polite = self._splitter.is_polite(line)
+        asked, named = self._clauses.asked(asking, literals, bare=bare, polite=polite)
         steps = self._splitter.steps(asked) if asked not in ("", polished) else []
         if steps and not bare and self._goals.is_towards(steps[0].words):
             return command  # "I went to the kitchen, then to the sofa"
@@ -268,6 +269,8 @@ class Grammar:
                 continue  # "scratch that, the study"
             if place < len(steps) - 1 and self._clauses.only_leaves(step):
                 continue  # "leave the bed and go to the sofa instead"
+            if self._splitter.waits(step) and not isinstance([None, *commands][-1], MISSIONS):
+                return Decline(Reason.TERMS)  # "turn around once you are there"
             goes = commands and isinstance(commands[-1], GoTo)
             if goes and self._clauses.only_looks(step):
                 continue  # "go to the door and see who is there"
@@ -281,7 +284,7 @@ class Grammar:
             isinstance(command, MISSIONS) for command in commands[1:]
         ):
             commands = commands[1:]  # "that is wrong, go to the sofa"
-        if any(isinstance(command, MISSIONS) for command in commands):
+        if commands[:1] == [No()] or any(isinstance(each, MISSIONS) for each in commands):
             commands = [command for command in commands if command != GoOn()]
         return join_commands(commands)
 

@@ -228,8 +228,12 @@ def _nearest(word: str, names: Iterable[str]) -> str | None:
 
 
 def _likeness(a: str, b: str) -> float:
-    """How alike two names are written, 1 or less: few slips are at the first letter."""
-    edits = damerau_levenshtein_distance(a, b) + (0.5 if a[:1] != b[:1] else 0.0)
+    """How alike two names are written, 1 or less.
+
+    Few slips are at the first letter. Letters in another order are one slip.
+    """
+    mixed = a != b and sorted(a) == sorted(b)
+    edits = (1 if mixed else damerau_levenshtein_distance(a, b)) + (0.5 if a[:1] != b[:1] else 0.0)
     return 1.0 - edits / max(len(a), len(b), 1)
 
 

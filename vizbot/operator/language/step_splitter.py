@@ -68,13 +68,18 @@ class StepSplitter:
         self._misspelt = re.compile(rf"(?<![\w'-])(?:{spellings})(?![\w'-])")
         verbal = either(words["before_imperatives"])
         self._verbal = re.compile(rf"\b(?P<before>{verbal}) (?P<verb>{imperatives})\b")
-        self._contracted = re.compile(rf"(?<=\w)'s(?= (?:{either(words['after_is'])})\b)")
+        noun = rf"(?:(?:{either(words['articles'])}) )?(?:{words['no_plural']})"
+        self._contracted = re.compile(
+            rf"(?:(?P<noun>(?:^|, ){noun})s|(?<=\w)'s)(?= (?:{either(words['after_is'])})\b)"
+        )
         units = either(language["units"])
         self._glued_unit = re.compile(rf"\b(\d+(?:[.,]\d+)?)({units})\b")
         self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
         verbs = either({*language["imperatives"].values()})
         within = "".join(rf"(?<!\b{re.escape(word)} )" for word in words["before_please"])
         self._please = re.compile(rf"{within}\b(?:{either(words['please'])}) (?=(?:{verbs})\b)")
+        self._arrived = re.compile(rf"^{part('arrived')}(?= |$)|{part('arrived')}$")
+        self._courteous = re.compile(rf"[^,]+ (?:{either(words['please'])})(?:,|$)")
         self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
         twice = either([*words["articles"], *words["towards"], *words["courtesy"]])
         self._stutter = re.compile(rf"\b({verbs}|{twice}|[^\W\d_]{{5,}})(?:,? \1\b)+")
@@ -123,7 +128,8 @@ class StepSplitter:
         spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
         if asking:
             spelt = self._please.sub(", ", spelt)
-        spelt = self._glued_unit.sub(r"\1 \2", self._contracted.sub(" is", spelt))
+        spelt = self._contracted.sub(lambda found: f"{found['noun'] or ''} is", spelt)
+        spelt = self._glued_unit.sub(r"\1 \2", spelt)
         spelt = self._stutter.sub(r"\1", tidy(self._fillers.sub(" ", spelt)))
         polished = self._at_once.sub(" ", spelt)
         polished = tidy(self._joining.sub(" ", tidy(polished)))
@@ -137,6 +143,14 @@ class StepSplitter:
                 head = found.groupdict().get("head") or ""
                 in_order = f"{head}{found['sooner']}, {self._then} {found['later']}"
         return in_order
+
+    def waits(self, step: SentenceStep) -> bool:
+        """Whether a step is for where the order before it leads: "turn once you are there"."""
+        return self._arrived.search(f" {step.whole}") is not None
+
+    def is_polite(self, line: str) -> bool:
+        """Whether a line says "please" behind its first words: "trash can please, it stinks"."""
+        return self._courteous.match(plain(line)) is not None
 
     def is_at_once(self, line: str) -> bool:
         """Whether words of a line say that something is to be done at once."""
