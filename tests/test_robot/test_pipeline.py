@@ -178,7 +178,9 @@ def test_no_cosine_is_held_against_a_number(pipeline_on, mean_colours, colour):
         goal = pipeline.goal("yellow chair")
         steps = [pipeline.tick(goal) for _ in range(12)]
         asked = pipeline.look_up(pipeline.goal("yellow wall"))
-        decided = [(step.activity, step.command, step.threshold, step.shown_score) for step in steps]
+        decided = [
+            (step.activity, step.command, step.threshold, step.shown_score) for step in steps
+        ]
         runs.append((decided, asked.outcome, asked.reason, asked.candidates[0].score))
     assert runs[0] == runs[1] == runs[2]
 
