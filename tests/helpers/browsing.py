@@ -39,6 +39,11 @@ def chromium(*flags):
         yield browser
 
 
+def touch_screen(width, height):
+    """Settings of a page on a phone or a tablet of this size [px]."""
+    return {"viewport": {"width": width, "height": height}, "is_mobile": True, "has_touch": True}
+
+
 def until(page, condition):
     """Wait; meanwhile the browser goes on."""
     began = time.monotonic()

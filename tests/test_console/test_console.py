@@ -6,7 +6,7 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.helpers.browsing import box_of, says, take_lease, until
+from tests.helpers.browsing import box_of, says, take_lease, touch_screen, until
 from tests.helpers.cut_line import Line
 from vizbot.operator.api.console_routes import FILES
 from vizbot.operator.api.server import Server
@@ -328,13 +328,9 @@ def test_a_gamepad_drives_after_its_rest_and_any_of_its_buttons_stops(page, robo
     until(page, lambda: robot.session.stopped.is_set() and robot.rests)
 
 
-def phone(height):
-    return {"viewport": {"width": 360, "height": height}, "is_mobile": True, "has_touch": True}
-
-
 @pytest.mark.parametrize("height", [640, 740])
 def test_a_phone_held_upright_has_all_in_its_width_and_stop_at_the_thumb(open_page, server, height):
-    page = open_page(server.url, **phone(height))
+    page = open_page(server.url, **touch_screen(360, height))
     page.locator("#link.live").wait_for()
     assert page.locator("figure:visible").count() == 1
     page.get_by_role("button", name="Map", exact=True).tap()
@@ -359,7 +355,7 @@ FAULTS_OF_FOCUSED = """() => {
 }"""
 
 
-@pytest.mark.parametrize("settings", [phone(640), {}], ids=["phone", "desktop"])
+@pytest.mark.parametrize("settings", [touch_screen(360, 640), {}], ids=["phone", "desktop"])
 def test_what_has_the_focus_is_seen_beside_stop_and_large_enough_for_a_finger(
     open_page, server, settings
 ):

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.helpers.browsing import box_of, says, until
+from tests.helpers.browsing import box_of, says, touch_screen, until
 from vizbot.core.errors import ConfigError
 from vizbot.operator.figures.image_encoding import jpeg
 
@@ -84,13 +84,7 @@ def test_why_a_no_is_refused_is_told_and_can_be_said_again(page, robot):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_small_phone_has_room_for_the_question(open_page, server, robot, snapshot, scheme):
-    page = open_page(
-        server.url,
-        viewport={"width": 320, "height": 700},
-        is_mobile=True,
-        has_touch=True,
-        color_scheme=scheme,
-    )
+    page = open_page(server.url, **touch_screen(320, 700), color_scheme=scheme)
     robot.arrive("a very yellow chair of a very longwindednameunbrokenbyanyblank", chair())
     says(page, "#arrival-question", "Is this it?")
     until(page, lambda: page.locator("#arrival-picture").evaluate("one => one.naturalWidth") == 400)

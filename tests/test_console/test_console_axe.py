@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.browsing import found_by_axe, says, take_lease
+from tests.helpers.browsing import found_by_axe, says, take_lease, touch_screen
 from tests.test_console.test_console_arrival import TITLE, chair
 
 
@@ -48,11 +48,8 @@ STATES = (
 PAGES = {
     "desktop": {"viewport": {"width": 1280, "height": 800}},
     "desktop, by night": {"viewport": {"width": 1280, "height": 800}, "color_scheme": "dark"},
-    "phone, by night": {
-        "viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True,
-        "color_scheme": "dark",
-    },
-}  # fmt: skip
+    "phone, by night": touch_screen(360, 640) | {"color_scheme": "dark"},
+}
 
 
 @pytest.mark.parametrize("settings", PAGES.values(), ids=PAGES)

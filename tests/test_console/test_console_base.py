@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from tests.helpers.browsing import box_of, says, take_lease, until
+from tests.helpers.browsing import box_of, says, take_lease, touch_screen, until
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode, Charging
 
@@ -96,8 +96,7 @@ def test_of_a_base_that_is_silent_nothing_is_known_and_its_charge_stays_for_a_wh
 
 
 def test_the_log_tells_in_words_alone_and_a_phone_has_room_for_them(open_page, server, robot):
-    phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
-    page = open_page(server.url, **phone)
+    page = open_page(server.url, **touch_screen(360, 640))
     robot.session.log.write(
         "ended", "sofa: not found (nothing like it in all that the robot has seen)"
     )

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.helpers.browsing import box_of, says, until
+from tests.helpers.browsing import box_of, says, touch_screen, until
 from tests.test_console.test_console_arrival import chair, focus_by_keyboard
 
 TITLE = "I see something like a yellow chair"
@@ -65,13 +65,7 @@ def test_an_answer_that_comes_too_late_is_refused_in_words(page, going_up):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_a_small_phone_has_room_for_it(open_page, server, robot, snapshot, scheme):
-    page = open_page(
-        server.url,
-        viewport={"width": 320, "height": 700},
-        is_mobile=True,
-        has_touch=True,
-        color_scheme=scheme,
-    )
+    page = open_page(server.url, **touch_screen(320, 700), color_scheme=scheme)
     robot.approach((3.0, 2.5), chair())
     robot.session.ask(["yellow chair"])
     picture = page.locator("#candidate-picture")

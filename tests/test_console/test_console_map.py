@@ -4,7 +4,15 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.helpers.browsing import MapPicture, box_of, says, stand_in, understood, until
+from tests.helpers.browsing import (
+    MapPicture,
+    box_of,
+    says,
+    stand_in,
+    touch_screen,
+    understood,
+    until,
+)
 from vizbot.core.observer import Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
 
@@ -118,8 +126,7 @@ def test_a_zone_is_drawn_by_keyboard_alone(page, picture, robot):
 
 
 def test_a_zone_is_drawn_with_a_finger_and_the_page_stays_where_it_is(open_page, server, robot):
-    phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
-    page = open_page(server.url, **phone)
+    page = open_page(server.url, **touch_screen(360, 640))
     page.get_by_role("button", name="Map", exact=True).tap()
     picture = MapPicture(page, server)
     page.get_by_role("button", name="Keep-out zones").tap()

@@ -4,7 +4,7 @@ import httpx
 import pytest
 
 from mapping import map_bundle
-from tests.helpers.browsing import box_of, says, until
+from tests.helpers.browsing import box_of, says, touch_screen, until
 from tests.helpers.bundles import bundle_of, names_in
 
 
@@ -95,8 +95,7 @@ def test_a_damaged_map_is_listed_without_a_picture_and_can_be_deleted(page, maps
 
 
 def test_on_a_small_phone_all_of_it_fits_in_the_width(open_page, maps, server):
-    phone = {"viewport": {"width": 320, "height": 568}, "is_mobile": True, "has_touch": True}
-    page = open_page(server.url, **phone)
+    page = open_page(server.url, **touch_screen(320, 568))
     says(page, "#maps b", "attic")
     page.get_by_role("button", name="Rename attic").tap()
     page.get_by_label("New name of attic").wait_for()

@@ -4,7 +4,15 @@ from contextlib import closing
 
 import pytest
 
-from tests.helpers.browsing import box_of, says, stand_in, take_lease, understood, until
+from tests.helpers.browsing import (
+    box_of,
+    says,
+    stand_in,
+    take_lease,
+    touch_screen,
+    understood,
+    until,
+)
 from tests.helpers.cut_line import Line
 from vizbot.operator.api import sockets
 
@@ -102,9 +110,7 @@ Object.defineProperty(window, "visualViewport", { value: seen });
 
 @pytest.mark.parametrize(("width", "height"), [(360, 640), (1180, 820)], ids=["phone", "tablet"])
 def test_stop_is_seen_while_a_keyboard_covers_half_of_the_page(open_page, server, width, height):
-    page = open_page(
-        "about:blank", viewport={"width": width, "height": height}, is_mobile=True, has_touch=True
-    )
+    page = open_page("about:blank", **touch_screen(width, height))
     page.add_init_script(SEEN)
     page.goto(server.url)
     meta = page.locator("meta[name=viewport]").get_attribute("content")
@@ -128,8 +134,7 @@ def test_stop_is_seen_while_a_keyboard_covers_half_of_the_page(open_page, server
 
 
 def test_a_second_finger_stops_it_while_the_first_drives(open_page, server, robot):
-    phone = {"viewport": {"width": 360, "height": 640}, "is_mobile": True, "has_touch": True}
-    page = open_page(server.url, **phone)
+    page = open_page(server.url, **touch_screen(360, 640))
     page.locator("#link.live").wait_for()
     take_lease(page)
     touch = page.context.new_cdp_session(page)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from tests.helpers.boxes import ASKEW_MIDDLE, askew_room
-from tests.helpers.browsing import MapPicture, box_of, says, stand_in, until
+from tests.helpers.browsing import MapPicture, box_of, says, stand_in, touch_screen, until
 from vizbot.objectnav.tasks import Waypoint
 
 ANGLE = 0.4
-PHONE = {"viewport": {"width": 360, "height": 740}, "is_mobile": True, "has_touch": True}
+PHONE = touch_screen(360, 740)
 
 
 @pytest.fixture
