@@ -10,7 +10,7 @@ import pytest
 from mapping.clip.checkpoint import require_plausible
 from mapping.clip.encoder import load_clip
 from tests.helpers.memory import peak_kib
-from tests.helpers.tiny_clip import save_tiny_clip
+from tests.helpers.random_clip import save_tiny_clip
 from vizbot.core.errors import VizbotError
 
 VALUES = (-1, 0, 1, 7, 2**31, 10**9, 1e308, float("nan"), 3.5, None, True, "x", [], {}, [1] * 3)

@@ -7,7 +7,7 @@ from transformers import CLIPConfig, CLIPModel
 from transformers.models.clip.image_processing_pil_clip import CLIPImageProcessorPil
 
 from mapping.clip.encoder import ImageInput, TransformersClip, load_clip, to_pixel_values
-from tests.helpers.tiny_clip import letters_tokenizer, save_tiny_clip
+from tests.helpers.random_clip import letters_tokenizer, random_clip, save_tiny_clip
 from vizbot.core.errors import ConfigError, DeviceError
 
 LARGE = "openai/clip-vit-large-patch14"
@@ -39,22 +39,6 @@ PUBLISHED = {
         0.27,
     ),
 }
-
-
-def random_clip(config):
-    """A CLIP of random weights, in a fraction of the time that the library's own start takes."""
-    with torch.device("meta"):
-        model = CLIPModel(config)
-    model.to_empty(device="cpu")
-    with torch.no_grad():
-        for name, parameter in model.named_parameters():
-            if parameter.ndim > 1:
-                parameter.normal_(std=0.02)
-            else:
-                parameter.fill_(1.0 if name.endswith("weight") else 0.0)
-        for positions in model.buffers():
-            positions.copy_(torch.arange(positions.numel()))
-    return model.eval()
 
 
 def pictures(*shapes):
