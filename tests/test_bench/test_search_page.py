@@ -22,14 +22,17 @@ def driven(episode, success=True, claimed=True, way=10.0):
 
 @pytest.fixture
 def folder(tmp_path):
-    Store(tmp_path / "homes.jsonl", HomeGoals).add(
+    folder = tmp_path / "search"
+    folder.mkdir()
+    Store(folder / "homes.jsonl", HomeGoals).add(
         "homes", "c0ffee", "2 cores", *(HomeGoals(home, GOALS) for home in HOMES)
     )
-    return tmp_path
+    return folder
 
 
-def keep(folder, row, commit, results, bench="objectnav"):
-    Store(results_file(folder, bench, row), EpisodeResult).add(row, commit, "2 cores", *results)
+def keep(folder, row, commit, results, bench="objectnav", hardware="2 cores"):
+    folder.mkdir(exist_ok=True)
+    Store(results_file(folder, bench, row), EpisodeResult).add(row, commit, hardware, *results)
 
 
 def cells(text, first):
@@ -67,13 +70,24 @@ def test_where_the_search_before_is_not_driven_the_page_says_that_nothing_is_com
 def test_a_row_of_a_part_stands_beside_the_default_on_that_part(folder):
     keep(folder, "default", "c0ffee", [driven(each, each.home == 1040) for each in EPISODES])
     keep(folder, "scaled", "c0ffee", map(driven, EPISODES[4:6]))
-    keep(folder, "without commitment", "c0ffee", map(driven, EPISODES[:2]))
     text = search_page(folder, folder / "search.md")
-    third, fifth = text.split("## Without its parts")
-    assert cells(third, "scaled")[:2] == ["2", "100.0"]
-    assert cells(third, "default, the same goals")[:2] == ["2", "50.0"]
-    assert cells(fifth, "default, the same goals")[:2] == ["2", "100.0"]
-    assert cells(fifth, "default against without commitment")[:3] == ["0", "0", "1"]
+    assert cells(text, "scaled")[:2] == ["2", "100.0"]
+    assert cells(text, "default, the same goals")[:2] == ["2", "50.0"]
+    assert "Without its parts" not in text
+
+
+def test_searches_without_a_part_are_paired_with_the_whole_one_of_their_own_computer(folder):
+    keep(folder, "default", "c0ffee", [driven(each, each.home == 1040) for each in EPISODES])
+    parts = folder.with_name("search_parts")
+    elsewhere = [driven(each, number < 2) for number, each in enumerate(EPISODES[3:6])]
+    keep(parts, "default", "c0ffee", elsewhere, hardware="16 cores")
+    keep(parts, "without commitment", "c0ffee", map(driven, EPISODES[3:6]), hardware="16 cores")
+    without, both = search_page(folder, folder / "search.md").split("## The same goals on another")
+    assert "Driven on 16 cores" in without and "are of 2 cores" in without
+    assert cells(without, "default against without commitment")[:2] == ["0", "1"]
+    assert cells(both, "default on 16 cores")[:2] == ["3", "66.7"]
+    assert cells(both, "default, the same goals")[:2] == ["3", "66.7"]
+    assert cells(both, "default against default on 16 cores")[:3] == ["0", "0", "1"]
 
 
 def test_failures_and_goals_in_a_row_are_told(folder):
@@ -89,11 +103,11 @@ def test_failures_and_goals_in_a_row_are_told(folder):
     assert cells(in_a_row, "default")[:5] == ["1", "1", "1", "1", "1"]
 
 
-def test_distinct_models_of_goals_are_counted_where_they_are_recorded(tmp_path, folder):
+def test_distinct_models_of_goals_are_counted_where_they_are_recorded(folder):
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
     assert "distinct models" not in search_page(folder, folder / "search.md")
     models = (("bed", "one"), ("bed", "own shape: bed 1040-0-0 of boards"), ("sofa", "one"))
-    Store(tmp_path / "homes.jsonl", HomeGoals).add(
+    Store(folder / "homes.jsonl", HomeGoals).add(
         "newer", "c0ffee", "2 cores", *(HomeGoals(home, GOALS, models) for home in HOMES)
     )
     text = search_page(folder, folder / "search.md")

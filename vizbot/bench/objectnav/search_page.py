@@ -29,6 +29,8 @@ OLD = "old"
 """The row of the search before this one, driven at its last commit."""
 _THIRD = (*ENCODER_ROWS.values(), PAPER, "scale 1", "true encoder")
 """Rows that are driven on a third of the episodes."""
+PARTS = "search_parts"
+"""Folder beside that of the rows: the search without each part, and whole on the same computer."""
 _TITLE = """# Search
 
 The search by belief (`default`) beside the one before it (`old`), in homes that nobody had read,
@@ -50,7 +52,7 @@ def search_page(folder: Path, page: Path) -> str:
         folder: Folder of the kept rows.
         page: The file that the text is for.
     """
-    rows = {name: _row(folder, name) for name in (OLD, DEFAULT, *_THIRD, *ABLATION_ROWS.values())}
+    rows = {name: _row(folder, name) for name in (OLD, DEFAULT, *_THIRD)}
     rows = {name: row for name, row in rows.items() if row}
     if DEFAULT not in rows:
         return ""
@@ -67,9 +69,7 @@ def search_page(folder: Path, page: Path) -> str:
     if third := [name for name in _THIRD if name in rows]:
         parts += ["## Other encoders and methods, on a third of the goals"]
         parts += [_THIRD_NOTE, _table(rows, third), _differences(rows, third)]
-    if without := [name for name in ABLATION_ROWS.values() if name in rows]:
-        parts += ["## Without its parts, on a fifth of the goals"]
-        parts += [_table(rows, without), _differences(rows, without)]
+    parts += _without_parts(folder.with_name(PARTS), rows[DEFAULT])
     parts += [_in_a_row(folder), "## Failures", _failures(rows[DEFAULT])]
     parts += ["## Homes", homes_table(homes), models_section(homes)]
     return "\n\n".join(part for part in parts if part) + "\n"
@@ -85,6 +85,27 @@ _THIRD_NOTE = (
 
 def _row(folder: Path, name: str) -> list[StoredResult[EpisodeResult]]:
     return Store(results_file(folder, NAME, name), EpisodeResult).fullest()
+
+
+def _without_parts(folder: Path, board: Row) -> list[str]:
+    """The search without each of its parts, and the whole one beside that of the board."""
+    names = ABLATION_ROWS.values()
+    rows = {name: row for name in (DEFAULT, *names) if (row := _row(folder, name))}
+    if DEFAULT not in rows:
+        return []
+    here, there = rows[DEFAULT][0].hardware, board[0].hardware
+    both = {DEFAULT: board, f"{DEFAULT} on {here}": rows[DEFAULT]}
+    other = list(both)[1:]
+    return [
+        "## Without its parts, on a fifth of the goals",
+        f"Driven on {here}, the whole search as well: it is what these rows are paired with. All"
+        f" other rows of this page are of {there}.",
+        _table(rows, list(rows)),
+        _differences(rows, list(rows)),
+        "## The same goals on another computer",
+        _table(both, other),
+        _differences(both, other),
+    ]
 
 
 def _made_with(rows: Mapping[str, Row]) -> str:
@@ -153,7 +174,7 @@ def _differences(rows: Mapping[str, Row], names: Sequence[str]) -> str:
     """The default paired with each of these rows."""
     ours, lines = _results(rows[DEFAULT]), []
     for name in names:
-        if name not in rows:
+        if name not in rows or name == DEFAULT:
             continue
         theirs = _results(rows[name])
         pairs = PairedCounts.over(
