@@ -148,6 +148,25 @@ def test_an_encoder_that_takes_a_second_or_more_for_a_frame_is_poor(
         assert (remedy in clip.remedy) == (verdict is Grade.POOR)
 
 
+def test_a_gpu_that_prepares_itself_for_the_first_batch_of_a_size_is_timed_by_the_second(
+    monkeypatch, mean_colours
+):
+    clock, sizes = FakeClock(), []
+
+    class Gpu:
+        model_id, notice = "on a GPU", None
+
+        def embed_images(self, images):
+            clock.time += 0.017 if len(images) in sizes else 0.14
+            sizes.append(len(images))
+            return mean_colours.embed_images(images)
+
+    monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *_: Gpu())
+    clip, _ = doctor._encoder(Config(), clock)
+    assert "17 ms for the 25 patches" in clip.found
+    assert sizes == [1, 25, 25]
+
+
 def test_fewer_scales_are_fewer_patches(monkeypatch, mean_colours):
     monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *_: mean_colours)
     config = Config.model_validate({"perception": {"clip_mapper": {"scales": [0]}}})
