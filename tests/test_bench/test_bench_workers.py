@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from vizbot.bench.harness.workers import in_parallel
+from vizbot.bench.harness.workers import in_parallel, processes
 from vizbot.core.errors import VizbotError
 
 
@@ -27,6 +27,14 @@ def test_workers_have_one_thread_each_and_the_caller_keeps_its_own(monkeypatch):
     [(_, threads)] = in_parallel(os.getenv, ["OMP_NUM_THREADS"], "variables", described)
     assert threads == "1"
     assert "OMP_NUM_THREADS" not in os.environ
+
+
+@pytest.mark.parametrize(("cores", "gigabytes", "jobs"), [(16, 125, 16), (8, 7, 3), (2, 1, 1)])
+def test_a_job_runs_on_every_core_that_there_is_memory_for(monkeypatch, cores, gigabytes, jobs):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(cores)))
+    sizes = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": gigabytes * 10**9 // 4096}
+    monkeypatch.setattr(os, "sysconf", sizes.get)
+    assert processes() == jobs
 
 
 def process_of(_job):

@@ -27,7 +27,8 @@ from vizbot.core.errors import VizbotError
 J = TypeVar("J")
 R = TypeVar("R")
 
-PROCESSES = 2
+_MEMORY = 2e9
+"""What a process may need [bytes]."""
 _PAUSE = 0.1
 """Between two looks at whether all processes have ended [s]."""
 _ONE_THREAD = (
@@ -38,6 +39,12 @@ _ONE_THREAD = (
     "LP_NUM_THREADS",
 )
 """Variables for the threads of PyTorch, NumPy, numba and Mesa, read when those libraries load."""
+
+
+def processes() -> int:
+    """Number of jobs that run at a time: one on each core, as far as there is memory for them."""
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return max(1, min(len(os.sched_getaffinity(0)), int(memory / _MEMORY)))
 
 
 def in_parallel(
@@ -61,7 +68,7 @@ def in_parallel(
     if not jobs:
         return
     with _one_thread_each(), _Progress(title, len(jobs)) as progress:
-        executor = ThreadPoolExecutor(PROCESSES)
+        executor = ThreadPoolExecutor(processes())
         pending = {executor.submit(_in_new_process, work, job): job for job in jobs}
         try:
             failures: list[Exception] = []
