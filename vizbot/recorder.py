@@ -15,6 +15,7 @@ from pathlib import Path
 from tempfile import TemporaryFile
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
@@ -99,6 +100,8 @@ class Recorder:
         self._xy: list[tuple[float, float]] = []
         self._reports: list[GoalReport] = []
         self._verdicts: dict[GoalReport, bool] = {}
+        self._judged: list[dict[str, object]] = []
+        self._judged_before: dict[GoalReport, list[dict[str, object]]] = {}
         self._bundle: Callable[[], MapBundle | None] | None = None
         self._clock: Clock | None = None
         self._saved_at: float | None = None
@@ -148,8 +151,9 @@ class Recorder:
         return keep
 
     def on_goal(self, report: GoalReport) -> None:
-        """Record the report."""
+        """Record the report, and with it what people said on the way."""
         self._reports.append(report)
+        self._judged_before[report], self._judged = self._judged, []
 
     def keep_verdict(self, report: GoalReport, confirmed: bool) -> None:
         """Record whether people say that what the robot has arrived at is the goal."""
@@ -157,6 +161,11 @@ class Recorder:
         log.info(
             "%s: somebody says that it is %s", report.headline, "it" if confirmed else "not it"
         )
+
+    def keep_verdict_on_way(self, place_xy: NDArray[np.float64], confirmed: bool) -> None:
+        """Record whether people say that what the robot goes up to, (2,) in `map` [m], is it."""
+        position = [round(float(value), 3) for value in place_xy]
+        self._judged.append({"position": position, "confirmed": confirmed})
 
     @property
     def goals(self) -> list[dict[str, object]]:
@@ -175,6 +184,7 @@ class Recorder:
             "score": None if best is None else round(best.score, 4),
             "threshold": None if report.threshold is None else round(report.threshold, 4),
             "confirmed": self._verdicts.get(report),
+            "judged_on_the_way": self._judged_before[report],
         }
 
     def _keep_map(self, bundle: Callable[[], MapBundle | None], stamp: float) -> None:

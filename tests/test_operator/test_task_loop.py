@@ -342,10 +342,11 @@ def test_by_the_method_of_the_paper_an_arrival_cannot_be_refuted(pipeline_on):
 
 
 def test_what_the_robot_goes_up_to_and_is_not_it_is_left_within_the_same_search(pipeline_on):
-    people, answers, seen = ThreadPoolExecutor(1), [], []
+    people, answers, seen, kept = ThreadPoolExecutor(1), [], [], []
 
     def deny(session):
         seen.append(session.candidate)
+        session.keep_verdict_on_way = lambda *verdict: kept.append(verdict)
         number = session.candidate.number
         answer = people.submit(session.judge_candidate, number, confirmed=False, who="ann")
         answers.append(answer)
@@ -364,3 +365,4 @@ def test_what_the_robot_goes_up_to_and_is_not_it_is_left_within_the_same_search(
     [task] = robot.session.queue.tasks()
     assert task.outcome is None or task.outcome is not Outcome.ARRIVED
     assert "ann says that is not it" in "".join(line.text for line in robot.session.log.lines())
+    assert [(tuple(xy), confirmed) for xy, confirmed in kept] == [(tuple(place_xy), False)]

@@ -164,3 +164,16 @@ def test_what_became_of_each_goal_is_kept_with_what_people_say_of_it(recorder):
     assert (recorder.goals[0]["seconds"], recorder.goals[0]["way"]) == (50.0, 12.35)
     assert [goal["threshold"] for goal in recorder.goals] == [None, 0.7933, None]
     assert json.loads(json.dumps(recorder.goals)) == recorder.goals
+
+
+def test_what_people_say_on_the_way_is_kept_with_the_goal_that_was_looked_for(recorder):
+    recorder.keep_verdict_on_way(np.array([1.23456, -2.0]), False)
+    recorder.keep_verdict_on_way(np.array([3.0, 0.5]), True)
+    for goal in ("sofa", "bed"):
+        recorder.on_goal(GoalReport(goal, Outcome.ARRIVED, "92% sure", ()))
+    sofa, bed = recorder.goals
+    assert sofa["judged_on_the_way"] == [
+        {"position": [1.235, -2.0], "confirmed": False},
+        {"position": [3.0, 0.5], "confirmed": True},
+    ]
+    assert bed["judged_on_the_way"] == []

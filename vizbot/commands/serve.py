@@ -43,6 +43,7 @@ class ServedRun:
         """Share devices; the recorder keeps what the base is sent."""
         session = OperatorSession()
         session.keep_verdict, session.folder = recorder.keep_verdict, recorder.folder
+        session.keep_verdict_on_way = recorder.keep_verdict_on_way
         if devices.base is None:
             return ServedRun(session, devices, None)
         base = TwistMux(devices.base, session.lease, session.stopped)

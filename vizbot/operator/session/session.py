@@ -55,6 +55,7 @@ class OperatorSession:
         picture_of: The picture of the best place of a report, as JPEG; None where there is none.
         picture_of_place: Likewise of a place on the map.
         keep_verdict: Keeps what people say of an arrival beside the run.
+        keep_verdict_on_way: Keeps what they say of what the robot goes up to, (2,) in `map` [m].
         folder: Of the run; None where it keeps none.
         begun_in: Folder of the saved map in which the run began; None where it began in none.
         map_turn: How its map is turned to be shown upright.
@@ -84,6 +85,7 @@ class OperatorSession:
         self.picture_of: Callable[[GoalReport], bytes | None] = lambda report: None
         self.picture_of_place: Callable[[Candidate], bytes | None] = lambda place: None
         self.keep_verdict: Callable[[GoalReport, bool], None] = lambda report, confirmed: None
+        self.keep_verdict_on_way: Callable[[NDArray[np.float64], bool], None] = lambda xy, it: None
         self.folder: Path | None = None
         self.begun_in: Path | None = None
         self.map_turn = MapTurn()
@@ -183,6 +185,7 @@ class OperatorSession:
             else:
                 pipeline.refute(candidate.place_xy)
             self.candidate = replace(candidate, confirmed=True) if confirmed else None
+            self.keep_verdict_on_way(candidate.place_xy, confirmed)
             verdict = "go there" if confirmed else "that is not it; the search goes on"
             self.log.write("verdict", f"{candidate.goal}: {who} says {verdict}")
 
