@@ -13,7 +13,7 @@ from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import OccupancyGrid
-from vizbot.objectnav import belief_search, reasons
+from vizbot.objectnav import reasons, verdicts
 from vizbot.objectnav.belief_search import HELD, LOOK_STEPS, BeliefSearch
 from vizbot.objectnav.exploration import Exploration
 from vizbot.objectnav.looks import SPOTS_APART
@@ -288,7 +288,7 @@ def test_a_place_that_is_exactly_as_likely_as_is_enough_is_believed():
 
 @pytest.mark.parametrize(("away", "believed_less"), [(0.75, True), (0.76, False)])
 def test_no_takes_belief_from_all_that_is_as_near_as_one_place(away, believed_less, monkeypatch):
-    monkeypatch.setattr(belief_search, "APART", 0.75)  # a binary number: the edge is exact
+    monkeypatch.setattr(verdicts, "APART", 0.75)  # a binary number: the edge is exact
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)
     belief = believed(at={(5.1, 2.1): 0.8})

@@ -31,6 +31,7 @@ from vizbot.objectnav.frontier_options import FrontierOptions, Option
 from vizbot.objectnav.looks import APART, RINGS, Looks
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
+from vizbot.objectnav.verdicts import Verdicts
 
 MOST_CANDIDATES = 8
 LEAST = 0.02
@@ -39,8 +40,6 @@ LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
-REFUTED = 0.05
-"""Factor of the probability of a place of which somebody has said that it is not it."""
 _ON_SPOT = 0.25
 """Distance from a spot at which the robot stands on it [m]."""
 
@@ -96,8 +95,7 @@ class BeliefSearch:
         self._costmap = LiveCostmap(config.navigator.costmap)
         self._ways = WayField()
         self._beliefs: dict[str, Belief] = {}
-        self._refuted: dict[str, list[NDArray[np.float64]]] = {}
-        self._affirmed_xy: NDArray[np.float64] | None = None
+        self._verdicts = Verdicts()
         self._goal: Goal | None = None
         self._looks = Looks()
         self._aim: _Aim | None = None
@@ -141,33 +139,17 @@ class BeliefSearch:
         """
         place_xy = self.answer_xy if place_xy is None else place_xy
         if self._goal is not None and place_xy is not None:
-            self._refuted.setdefault(self._goal.text, []).append(place_xy)
-        self._aim = self._affirmed_xy = self.answer_xy = None
+            self._verdicts.refute(self._goal.text, place_xy)
+        self._verdicts.forget_affirmed()
+        self._aim = self.answer_xy = None
 
     def affirm(self, place_xy: NDArray[np.float64]) -> None:
         """Take it that what is searched for is at (2,) a place in `map` [m], for this search."""
-        self._affirmed_xy = place_xy
+        self._verdicts.affirm(place_xy)
 
     def as_judged(self, goal: Goal, belief: PlaceBelief) -> PlaceBelief:
-        """The belief for a goal after what somebody has said of places.
-
-        Little is left of what is not it; where it is, the likeliest place is certain.
-        """
-        refuted = self._refuted.get(goal.text, [])
-        affirmed_xy = self._affirmed_xy if goal is self._goal else None
-        if not refuted and affirmed_xy is None:
-            return belief
-        rows, columns = np.nonzero(belief.probabilities)
-        places_xy, judged = belief.xy(rows, columns), belief.probabilities[rows, columns]
-        if refuted:
-            away = np.linalg.norm(places_xy[:, None] - np.array(refuted), axis=2)
-            judged *= np.where(away.min(axis=1) <= APART, REFUTED, 1.0)
-        if affirmed_xy is not None:
-            there = np.linalg.norm(places_xy - affirmed_xy, axis=1) <= APART
-            judged[there] /= judged[there].max(initial=0.0)
-        probabilities = belief.probabilities.copy()
-        probabilities[rows, columns] = judged
-        return replace(belief, probabilities=probabilities)
+        """The belief for a goal after what somebody has said of places."""
+        return self._verdicts.applied(belief, goal.text, searching=goal is self._goal)
 
     def threshold(self, goal: Goal) -> float:
         """Probability that the newest decision for a goal was held against; before one, `sure`."""
@@ -185,7 +167,7 @@ class BeliefSearch:
         if goal is not self._goal:
             self._goal, self._steps = goal, 0
             self._looks, self._aim, self.answer_xy = Looks(), None, None
-            self._affirmed_xy = None
+            self._verdicts.forget_affirmed()
         self._steps += 1
         decision = self._decide(belief, grid, T_map_base)
         assert decision.threshold is not None
@@ -220,7 +202,7 @@ class BeliefSearch:
                 self._aim.looking += 1
                 if self._aim.looking <= LOOK_STEPS:
                     why = reasons.near_by(option.probability, sure=False, standing=True)
-                    why = self._unless_affirmed(option.xy, why)
+                    why = self._verdicts.reason(option.xy, why)
                     return Decision(
                         STOP,
                         "making sure",
@@ -269,7 +251,7 @@ class BeliefSearch:
                 "closing in",
                 navigation,
                 threshold=threshold,
-                why=self._unless_affirmed(xy, why),
+                why=self._verdicts.reason(xy, why),
                 score=score,
             )
             if not standing:
@@ -278,7 +260,7 @@ class BeliefSearch:
             if aim.looking <= LOOK_STEPS:
                 return replace(decision, twist=STOP, activity="making sure")
             self.answer_xy = xy
-            reason = self._unless_affirmed(xy, f"{score:.0%} sure, from near by")
+            reason = self._verdicts.reason(xy, f"{score:.0%} sure, from near by")
             ended = Outcome.ARRIVED, reason
             return replace(decision, twist=STOP, activity="arrived", why="", ended=ended)
         return None
@@ -399,17 +381,10 @@ class BeliefSearch:
             reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
         return self._navigate(option.xy, reach, costmap, T_map_base, option.seen_from)
 
-    def _unless_affirmed(self, xy: NDArray[np.float64], seen: str) -> str:
-        """What was seen of a place; where somebody has said that it is there, that instead."""
-        affirmed_xy = self._affirmed_xy
-        if affirmed_xy is None or np.linalg.norm(affirmed_xy - xy) > APART:
-            return seen
-        return reasons.AFFIRMED
-
     def _why(self, option: Option, options: Sequence[Option], T_map_base: SE3) -> str:
         """Why the robot is on its way to one of the options, in words."""
         if option.kind == "place":
-            return self._unless_affirmed(option.xy, reasons.looking_closer(option, T_map_base))
+            return self._verdicts.reason(option.xy, reasons.looking_closer(option, T_map_base))
         assert self._aim is not None
         self._aim.advantage = self._aim.advantage or reasons.advantage_of(option, options)
         return reasons.exploring(self._aim.advantage, options)
