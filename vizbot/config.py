@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Self
 
 import tomlkit
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
 
 from drivers.realsense.config import RealSenseConfig
 from drivers.roomba.config import RoombaConfig
@@ -161,7 +162,7 @@ class Config(BaseModel):
     clip: str = "embedded"
     """The encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or MODULE:CLASS."""
     device: str = "cpu"
-    """The device on which the encoder runs: `cpu`, `cuda` or `auto`."""
+    """The device on which the encoder runs: `cpu`, `cuda` (`cuda:1` for a second one) or `auto`."""
     half: bool = False
     """Whether the encoder computes in 16-bit floating point, which needs CUDA."""
     serial_port: str = "/dev/ttyUSB0"
@@ -178,6 +179,13 @@ class Config(BaseModel):
     docking: DockingConfig = DockingConfig()
     world: WorldConfig = WorldConfig()
     sim_camera: SimulatedRealSenseConfig = SimulatedRealSenseConfig()
+
+    @field_validator("device")
+    @classmethod
+    def _device_is_one_of_pytorchs(cls, device: str) -> str:
+        if re.fullmatch(r"auto|cpu|cuda(:\d+)?", device) is None:
+            raise ValueError("it must be cpu, cuda, cuda:1 or auto")
+        return device
 
     @model_validator(mode="after")
     def _robot_fits_under_what_it_passes(self) -> Self:

@@ -28,6 +28,7 @@ def test_a_misspelt_key_is_named(tmp_path):
         ("[realsense.filters]\nnear = 1", "there is no setting realsense.filters.near; use near"),
         ("[[objectnav.waypoint_reaches]]\nmost = 1\ndistance = 1\nextent = 1", "reaches.0.most"),
         ("[roomba.wheels]\nx = 1", "no setting roomba.wheels; use wheel_base"),
+        ("device = 'tpu'", "device = 'tpu': it must be cpu, cuda, cuda:1 or auto"),
     ],
 )
 def test_every_wrong_setting_is_told_with_its_value_and_a_remedy(tmp_path, settings, line):
@@ -105,3 +106,8 @@ def test_limits_that_keep_people_safe_are_bounded_and_the_error_says_why(tmp_pat
     (tmp_path / "robot.toml").write_text(f"[roomba]\n{setting}\n")
     with pytest.raises(ConfigError, match=f"roomba.{setting.split()[0]} = .*{bound}"):
         load_config(tmp_path / "robot.toml")
+
+
+@pytest.mark.parametrize("device", ["auto", "cpu", "cuda", "cuda:1"])
+def test_the_devices_of_the_encoder_are_those_that_pytorch_has(device):
+    assert Config(device=device).device == device
