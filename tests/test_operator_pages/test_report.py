@@ -243,7 +243,7 @@ def test_the_map_has_track_keyframes_and_closed_loops_where_they_were(step, tmp_
     assert 'class="closure" x1="80.0" y1="130.0" x2="130.0" y2="130.0"' in page
     assert 'class="place" cx="280.0" cy="80.0"' in page
     assert 'class="frontier" cx="330.0" cy="230.0"' in page
-    assert "2 keyframes" in page and "1 closed loops" in page
+    assert "2 keyframes" in page and "1 closed loop between" in page
 
 
 def test_events_and_rates_are_told_with_their_time(step, tmp_path):
