@@ -300,6 +300,19 @@ def test_no_takes_belief_from_all_that_is_as_near_as_one_place(away, believed_le
     assert (left < 0.8) == believed_less
 
 
+@pytest.mark.parametrize(("away", "believed_less"), [(2.0, True), (2.01, False)])
+def test_no_of_a_room_holds_for_the_floor_around(away, believed_less):
+    kitchen = replace(SOFA, text="kitchen", rivals=(np.array([0.0, 1.0], np.float32),))
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief = believed(at={(5.125, 2.125): 0.8})
+    search.go(kitchen, belief, grid, HERE)
+    rows, columns = np.nonzero(belief.probabilities)
+    search.refute(belief.xy(rows, columns)[0] - (away, 0.0))
+    left = search.as_judged(kitchen, belief).probabilities[rows, columns]
+    assert (left < 0.8) == believed_less
+
+
 def test_what_the_robot_goes_up_to_is_left_once_somebody_says_that_it_is_not_it():
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)

@@ -149,7 +149,7 @@ class BeliefSearch:
 
     def as_judged(self, goal: Goal, belief: PlaceBelief) -> PlaceBelief:
         """The belief for a goal after what somebody has said of places."""
-        return self._verdicts.applied(belief, goal.text, searching=goal is self._goal)
+        return self._verdicts.applied(belief, goal, searching=goal is self._goal)
 
     def threshold(self, goal: Goal) -> float:
         """Probability that the newest decision for a goal was held against; before one, `sure`."""

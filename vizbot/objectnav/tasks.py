@@ -37,7 +37,7 @@ class Goal:
         embedding: (D,) float32 unit, by the encoder of the run.
         threshold: Theta, for the method `paper`.
         note: How the encoder understands the words, in one line; None where it needs no saying.
-        rivals: (R, D) of what a place may be instead, as of `Query`.
+        rivals: (R, D) of what a place may be instead, as of `Query`; only rooms have any.
     """
 
     text: str

@@ -10,9 +10,13 @@ from numpy.typing import NDArray
 from mapping.clip.belief import PlaceBelief
 from vizbot.objectnav import reasons
 from vizbot.objectnav.looks import APART
+from vizbot.objectnav.tasks import Goal
 
 REFUTED = 0.05
 """Factor of the probability of a place of which somebody has said that it is not it."""
+OF_ROOM = 2.0
+"""So far around a place that is not in the room asked for no other place is in it either [m]. On
+the boards such a room was 2.6 m or more from where the robot wrongly said that it was in it."""
 
 
 class Verdicts:
@@ -38,23 +42,24 @@ class Verdicts:
         """Another search begins, or goes on elsewhere."""
         self._affirmed_xy = None
 
-    def applied(self, belief: PlaceBelief, text: str, *, searching: bool) -> PlaceBelief:
+    def applied(self, belief: PlaceBelief, goal: Goal, *, searching: bool) -> PlaceBelief:
         """A belief after what was said: little is left of what is not it; what is it is certain.
 
         Args:
-            belief: Where what the words ask for is believed to be.
-            text: These words.
-            searching: Whether the robot searches for them now.
+            belief: Where the goal is believed to be.
+            goal: The goal.
+            searching: Whether the robot searches for it now.
         """
-        refuted = self._refuted.get(text, [])
+        refuted = self._refuted.get(goal.text, [])
         affirmed_xy = self._affirmed_xy if searching else None
         if not refuted and affirmed_xy is None:
             return belief
         rows, columns = np.nonzero(belief.probabilities)
         places_xy, judged = belief.xy(rows, columns), belief.probabilities[rows, columns]
         if refuted:
+            apart = OF_ROOM if goal.rivals else APART
             away = np.linalg.norm(places_xy[:, None] - np.array(refuted), axis=2)
-            judged *= np.where(away.min(axis=1) <= APART, REFUTED, 1.0)
+            judged *= np.where(away.min(axis=1) <= apart, REFUTED, 1.0)
         if affirmed_xy is not None:
             there = np.linalg.norm(places_xy - affirmed_xy, axis=1) <= APART
             judged[there] /= judged[there].max(initial=0.0)
