@@ -6,6 +6,7 @@ import errno
 import os
 import termios
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from stat import S_ISCHR
 from typing import Protocol
@@ -54,6 +55,7 @@ def open_serial(path: str) -> SerialPort:
     Raises:
         DeviceError: there is no such port, or it cannot be used.
     """
+    require_port(path)
     try:
         port: SerialPort = serial.Serial(
             path, 115200, timeout=0.02, write_timeout=0.1, exclusive=True
@@ -67,14 +69,27 @@ def require_port(path: str) -> None:
     """Check beforehand whether there is a port; it is not opened, which some adapters notice.
 
     Raises:
-        DeviceError: there is no such port.
+        DeviceError: there is no such port, or it is the terminal of this program, to which a
+            pseudo-terminal's number goes once its stub has ended.
     """
     try:
-        is_device = S_ISCHR(Path(path).stat().st_mode)
+        device = Path(path).stat()
     except (OSError, ValueError) as error:
         raise DeviceError(f"serial port {path}: {_refusal(error)}") from error
-    if not is_device:
+    if not S_ISCHR(device.st_mode):
         raise DeviceError(f"serial port {path}: {_NO_PORT}")
+    if device.st_rdev in _own_terminals():
+        raise DeviceError(f"serial port {path}: this program's own terminal; {_NO_PORT}")
+
+
+def _own_terminals() -> set[int]:
+    """Device numbers of the terminals on this program's standard streams."""
+    found = set[int]()
+    for stream in range(3):
+        with suppress(OSError):  # it is closed
+            if os.isatty(stream):
+                found.add(os.fstat(stream).st_rdev)
+    return found
 
 
 def serial_adapters() -> list[str]:

@@ -1,6 +1,9 @@
 """A serial device is found again by its USB identity, and no other is taken for it."""
 
+import os
 import pickle
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import pytest
@@ -69,3 +72,18 @@ def test_adapters_without_a_number_are_distinguished_by_their_sockets(plugged):
 def test_a_path_that_is_no_serial_port_is_one_line(path):
     with pytest.raises(DeviceError, match=r"^serial port .*; "):
         SerialAddress(path).open()
+
+
+def test_the_terminal_of_the_program_itself_is_no_port_and_nothing_is_written_to_it():
+    ours, theirs = os.openpty()
+    program = "import sys, drivers.roomba.serial_port as port; port.open_serial(sys.argv[1])"
+    ended = subprocess.run(
+        [sys.executable, "-c", program, os.ttyname(theirs)],
+        stdin=theirs, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    os.set_blocking(ours, False)
+    with pytest.raises(BlockingIOError):
+        os.read(ours, 1)
+    assert "this program's own terminal; not a serial port; name the base's port" in ended.stderr
+    for end in (ours, theirs):
+        os.close(end)
