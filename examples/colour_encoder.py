@@ -1,9 +1,11 @@
 """An encoder of your own: it knows colours and nothing else.
 
-    cd examples && vizbot dry-run "red chair" --clip colour_encoder:ColourEncoder --method paper
+    cd examples
+    ../.venv/bin/vizbot dry-run "yellow chair" --clip colour_encoder:ColourEncoder --method paper
 
-The paper's method compares cosines alone; probabilities need an encoder to which the background
-phrases of `mapping.clip.phrases` mean something, which these colours do not give.
+What it goes to is yellow and mostly no chair, so the scorer of the simulation calls it wrong. The
+paper's method compares cosines alone; probabilities need an encoder to which the background phrases
+of `mapping.clip.phrases` mean something, which these colours do not give.
 
 The class is made without arguments and keeps the Protocol `mapping.clip.encoder.ClipEncoder`; it is
 held against that before the run. A test can do the same: `broken_promise(ColourEncoder()) is None`
