@@ -91,6 +91,7 @@ class ClauseReader:
         self._told = maker.rules({"remark": remarks["ways"]})
         self._reminders = maker.rules({"reminder": remarks["reminders"]})
         self._sparing = maker.rules({"spared": remarks["sparing"]})
+        self._around = maker.rules({"around": remarks["around"]})
         self._denials = maker.rules({"denial": remarks["denials"]})
         self._condition = re.compile(rf"(?:{either(language['words']['conditions'])})\b")
         self._amount = re.compile(rf"\d|\b(?:{either(language['units'])})\b")
@@ -112,6 +113,7 @@ class ClauseReader:
         self._unfinished = {word.casefold() for word in remarks["unfinished"]}
         self._subject = re.compile(rf"(?:{either(remarks['subjects'])})\b")
         self._governed = re.compile(rf"\S+ (?:{either(remarks['subjects'])})\b")
+        self._replaces = re.compile(rf"\b(?:{either(remarks['replacing'])})\b")
         self._charger = re.compile(rf"{maker.part('charger')}(?= |$)")
         self._finite = re.compile(rf"\b(?:{either(remarks['finite'])})\b")
 
@@ -139,6 +141,7 @@ class ClauseReader:
         asked, questions, told = list[str](), list[str](), list[str]()
         lost, missed, cancels = list[str](), list[str](), False
         clauses = self._clauses(polished, literals)
+        replaced = any(map(self._replaces.search, clauses))
         insists = any(is_read(clause, self._insisting) for clause in clauses)
         for clause in clauses if len(clauses) <= MOST_STEPS else []:
             steps = self._splitter.steps(clause)
@@ -157,13 +160,18 @@ class ClauseReader:
             cancels = cancels or isinstance(command, Cancel)
             if isinstance(command, Ask) and self._condition.match(clause):
                 return "", ""  # "once you are charged, go to the sofa"
+            if isinstance(command, Decline | None) and self._only_addresses(clause, steps):
+                continue  # "love, ..."
             if isinstance(command, Ask):
                 questions.append(clause)
             elif self._tells_of_loss(command, clause):
                 lost.append(clause)
                 missed += goals_of(command)
+            elif self._only_sounds(command, clause, asked):
+                told.append(clause)
             elif self.is_marker(clause) or not (
-                isinstance(command, Decline | None) or self._wording.is_idle(clause)
+                isinstance(command, Decline | None)
+                or (not goals_of(command) and self._wording.is_idle(clause))
             ):
                 asked.append(clause)
             elif self._wording.is_idle(clause):
@@ -177,8 +185,8 @@ class ClauseReader:
             elif not self._only_tells(clause):
                 asked.append(clause)
             elif (
-                self._wording.sets_terms(clause)
-                or (asked and self._takes_back(clause))
+                self._wording.sets_terms(clause, aside=not (bare or cancels))
+                or (asked and not replaced and self._takes_back(clause))
                 or (bare and not (polite and self._only_names(asked)) and self._tells(clause))
             ):
                 return "", ""
@@ -202,13 +210,29 @@ class ClauseReader:
         loses = isinstance(command, WhereIs) and self._subject.match(clause) is not None
         return loses and not self._wording.sets_terms(clause)
 
+    def _only_sounds(self, command: Command | None, clause: str, asked: Sequence[str]) -> bool:
+        """Whether a clause sounds like an order only: "never mind the mess, go to the sofa".
+
+        Or it tells what for: "turn left, I would like to see your other side".
+        """
+        known = all(map(self._goals.knows, goals_of(command)))
+        wishes = isinstance(command, GoTo) and asked and self._subject.match(clause) is not None
+        return not known and (isinstance(command, Cancel) or bool(wishes))
+
     def _only_names(self, clauses: Sequence[str]) -> bool:
         """Whether clauses are one known goal."""
         goals = map(self._goals.without_article, clauses)
         return len(clauses) == 1 and all(map(self._goals.knows, goals))
 
+    def _only_addresses(self, clause: str, steps: Sequence[SentenceStep]) -> bool:
+        """Whether a clause does no more than to say whom an order is for."""
+        says = self.denies(clause) or self.is_marker(clause) or self._condition.match(clause)
+        return not says and not any(step.words for step in steps)
+
     def _tells(self, clause: str) -> bool:
         """Whether a clause may tell something of a thing that stands alone: "he is hungry"."""
+        if is_read(clause, self._around):
+            return False
         return self._backwards.search(clause) is not None or self._goals.mentions(clause)
 
     def denies(self, clause: str) -> bool:
@@ -248,11 +272,17 @@ class ClauseReader:
 
     def _cut(self, found: re.Match[str]) -> str:
         """A marker of a correction between two pauses, unless it belongs to what is before it."""
+        rest = found.string[found.end() :].partition(",")[0]
+        begins = not found.string[: found.start()] and "," not in found[0]
+        if begins and self._wording.forbids(found["marker"]) and self._goals.is_name(rest):
+            return found[0]  # "no kitchen, it is wet"
         belongs = found.string[: found.start()].rpartition(" ")[2] in self._unfinished
         return found[0] if belongs else f",{found['marker']}, "  # "we no longer need it"
 
     def _parts(self, clause: str, literals: Sequence[str]) -> list[str]:
         """A clause cut before the orders in it: "I am tired go to the sofa turn around"."""
+        if self._command(clause, literals) is not None:
+            return [clause]
         parts, begin = list[str](), 0
         for found in islice(self._verb.finditer(clause), _MOST_VERBS):
             before = clause[begin : found.start()].strip()

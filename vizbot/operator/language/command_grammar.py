@@ -209,12 +209,15 @@ class Grammar:
         asking = self._splitter.polished(line, asking=True)
         polite = self._splitter.is_polite(line)
         asked, named = self._clauses.asked(asking, literals, bare=bare, polite=polite)
+        if not (asked or bare) and isinstance(command, GoTo):
+            return Decline(Reason.STATEMENT)  # "go to the sofa nah just kidding"
         steps = self._splitter.steps(asked) if asked not in ("", polished) else []
         if steps and not bare and self._goals.is_towards(steps[0].words):
             return command  # "I went to the kitchen, then to the sofa"
         beside = self._joined(steps, literals, bare=bare, named=named)
         found = self._is_plain(beside, literals) and not isinstance(beside, Yes | No)
-        return beside if found else command
+        unknown = not bare and isinstance(beside, GoTo | WhereIs)  # "find the gloob, I need it"
+        return beside if found or unknown else command
 
     def _or_stop(
         self, command: Command | None, line: str, literals: Sequence[str]

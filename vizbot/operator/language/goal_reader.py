@@ -68,6 +68,7 @@ class GoalReader:
         self._persons = re.compile(rf"(?:{either(words['persons'])})\b")
         self._motions = re.compile(rf"\b(?:{either(words['motions'])})\b")
         self._towards = re.compile(rf"^(?:{either(words['towards'])}) ")
+        self._reaching = re.compile(rf"(?:{either(words['reaching'])}) ")
         self._articles = re.compile(rf"^(?:(?:{either(words['articles'])})(?: |$))+")
         self._tail = re.compile(rf"{part('tails')}(?= |$)")
         self._bare_tail = re.compile(rf"{part('bare_tails')}(?= |$)")
@@ -119,6 +120,13 @@ class GoalReader:
             self.is_name(" ".join(said[at : at + end])) for at in range(len(said)) for end in ends
         )
 
+    def reached(self, words: str) -> str:
+        """The known goal up to which words ask to drive, "until the balcony"; empty without one."""
+        if (found := self._reaching.match(words)) is None:
+            return ""
+        goal = self.without_article(words[found.end() :])
+        return goal if self._is_whole(goal) else ""
+
     def first_name(self, words: str) -> str:
         """The first name among some words, with what belongs to it; empty without one.
 
@@ -149,7 +157,8 @@ class GoalReader:
             if alone and self._wording.begins_order(words[found.end() :].strip()):
                 return ""  # "I lost my keys so go to the sofa"
             if self._is_whole(goal):
-                return "" if self._wording.sets_terms(tail) or self._wording.forbids(tail) else goal
+                terms = self._wording.sets_terms(tail.strip(), aside=not bare)
+                return "" if terms or self._wording.forbids(tail) else goal
         said = words[:_LONGEST_GOAL].split()
         for end in range(len(said) - 1, 0, -1):
             goal, rest = self.without_article(" ".join(said[:end])), " ".join(said[end:])

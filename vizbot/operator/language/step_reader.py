@@ -82,6 +82,8 @@ class StepReader:
             known = self._goals.knows(self._goals.goal(goal, literals))
             if goal and not (known or forbids) and (name := self._goals.before_tail(goal)):
                 return self._about(rule.kind, name)
+            if rule.kind == "go" and (reached := self._goals.reached(goal)):
+                return self._about(rule.kind, reached)
             if self._goals.tells(goal):
                 terms = rule.kind == "go" and self._wording.sets_terms(goal)
                 tells = Decline(Reason.TERMS if terms else Reason.CANNOT)

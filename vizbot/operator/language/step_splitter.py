@@ -91,6 +91,7 @@ class StepSplitter:
             for word in them.split("|")
         }
         self._synonym = re.compile(rf"^(?:{either(self._synonyms)})(?= |$)")
+        self._emphatic = re.compile(rf"^(?:{either(words['emphatic'])}) (?=(?:{verbs})\b)")
         towards = either(words["towards"])
         among = [*words["directions"], *words["before_place"]]
         self._adverb = re.compile(rf"\b{words['adverb']}\b")
@@ -105,6 +106,10 @@ class StepSplitter:
             re.compile(order)
             for place in ("before", "after")
             for order in _orders(place, words, verbs)
+        )
+        remarks = language["remarks"]
+        self._happens = re.compile(
+            rf"(?:{either(remarks['subjects'])}) .*\b(?:{either(remarks['happening'])})\b"
         )
         self._sooner = re.compile(rf"(?:\s*,)?\s+(?:{before}) (?:{sooner})\b(?:\s*,)?\s*")
         self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
@@ -139,10 +144,14 @@ class StepSplitter:
         told = tidy(self._reason.sub("", imperative))
         in_order = self._late_then.sub(rf"\1 {self._then} \2", told)
         for order in self._orders:
-            if (found := order.fullmatch(in_order)) is not None:
+            if (found := order.fullmatch(in_order)) is not None and not self._told(found):
                 head = found.groupdict().get("head") or ""
                 in_order = f"{head}{found['sooner']}, {self._then} {found['later']}"
         return in_order
+
+    def _told(self, found: re.Match[str]) -> bool:
+        """Whether what comes sooner is no order, but happens: "after the kids are in bed"."""
+        return self._happens.match(found["sooner"]) is not None
 
     def waits(self, step: SentenceStep) -> bool:
         """Whether a step is for where the order before it leads: "turn once you are there"."""
@@ -174,6 +183,7 @@ class StepSplitter:
             left.append(left[-1][max(found.end() - 1, 0) :].strip())
         words = self._closings(left[-1])[0]
         ways = dict.fromkeys(way for one in left for way in self._closings(one) if way)
+        ways |= dict.fromkeys(self._emphatic.sub("", way) for way in ways)
         ways |= dict.fromkeys(map(self._in_usual_words, ways))
         around = whole.removesuffix(left[-1]) + left[-1].removeprefix(words)
         return SentenceStep(whole, words, around, tuple(ways))

@@ -25,6 +25,15 @@ class Wording:
         self._not = re.compile(rf"\b(?:{words['not'].casefold()})\b")
         self._harmless = re.compile(rf"\b(?:{either(remarks['harmless'])})\b")
         self._terms = re.compile(rf"\b(?:{either(remarks['never'])})\b")
+        told = either([*remarks["finite"], *remarks["asides"]])
+        joints = either([*words["and"], *words["before_then"]])
+        self._aside = re.compile(
+            rf"(?:(?:{joints}) )?(?!.*\b(?:{either(words['addressed'])})\b)"
+            rf"(?!(?:{either(language['numbers'])}) )"
+            rf"(?:{either(remarks['subjects'])})\b.* (?:{told})\b"
+        )
+        asides = {*remarks["never"]} - {*remarks["asides"]}
+        self._terms_beside = re.compile(rf"\b(?:{either(asides)})\b")
         self._clause = re.compile(rf"\b(?:{words['clause'].casefold()})\b")
         self._order = re.compile(rf"\b(?:{verbs}|{cannot['verbs']})\b")
         self._idle = re.compile(rf"(?: (?:{idle})(?= |$))+")
@@ -34,9 +43,17 @@ class Wording:
         """Whether words say what must not be done."""
         return self._not.search(self._harmless.sub(" ", words)) is not None
 
-    def sets_terms(self, words: str) -> bool:
-        """Whether words report, wish, or set a condition or a time, beside what they tell."""
-        return self._terms.search(self._harmless.sub(" ", words)) is not None
+    def sets_terms(self, words: str, *, aside: bool = False) -> bool:
+        """Whether words report, wish, or set a condition or a time, beside what they tell.
+
+        Args:
+            words: They are said.
+            aside: Whether they stand beside an order. Then a wish or a time is none of the
+                order's where they tell of others than the robot: "we have to leave at noon".
+        """
+        aside = aside and self._aside.match(words) is not None
+        terms = self._terms_beside if aside else self._terms
+        return terms.search(self._harmless.sub(" ", words)) is not None
 
     def has_clause(self, words: str) -> bool:
         """Whether there is a word in them that no name of a thing has."""
