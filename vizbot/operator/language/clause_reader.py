@@ -221,8 +221,8 @@ class ClauseReader:
 
     def _only_names(self, clauses: Sequence[str]) -> bool:
         """Whether clauses are one known goal."""
-        goals = map(self._goals.without_article, clauses)
-        return len(clauses) == 1 and all(map(self._goals.knows, goals))
+        steps = [step for clause in clauses for step in self._splitter.steps(clause)]
+        return len(steps) == 1 and self._goals.knows(self._goals.without_article(steps[0].words))
 
     def _only_addresses(self, clause: str, steps: Sequence[SentenceStep]) -> bool:
         """Whether a clause does no more than to say whom an order is for."""

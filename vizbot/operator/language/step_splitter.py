@@ -77,9 +77,10 @@ class StepSplitter:
         self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
         verbs = either({*language["imperatives"].values()})
         within = "".join(rf"(?<!\b{re.escape(word)} )" for word in words["before_please"])
-        self._please = re.compile(rf"{within}\b(?:{either(words['please'])}) (?=(?:{verbs})\b)")
+        please = either(words["please"])
+        self._please = re.compile(rf"{within}\b(?:{please}) (?=(?:{verbs})\b)")
         self._arrived = re.compile(rf"^{part('arrived')}(?= |$)|{part('arrived')}$")
-        self._courteous = re.compile(rf"[^,]+ (?:{either(words['please'])})(?:,|$)")
+        self._courteous = re.compile(rf".+ (?:{please})")
         self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
         twice = either([*words["articles"], *words["towards"], *words["courtesy"]])
         self._stutter = re.compile(rf"\b({verbs}|{twice}|[^\W\d_]{{5,}})(?:,? \1\b)+")
@@ -91,7 +92,10 @@ class StepSplitter:
             for word in them.split("|")
         }
         self._synonym = re.compile(rf"^(?:{either(self._synonyms)})(?= |$)")
-        self._emphatic = re.compile(rf"^(?:{either(words['emphatic'])}) (?=(?:{verbs})\b)")
+        subjects = either(language["remarks"]["subjects"])
+        self._emphatic = re.compile(
+            rf"^(?:{either(words['emphatic'])}) (?!(?:{subjects}|{words['not']})\b)"
+        )
         towards = either(words["towards"])
         among = [*words["directions"], *words["before_place"]]
         self._adverb = re.compile(rf"\b{words['adverb']}\b")
@@ -99,7 +103,10 @@ class StepSplitter:
             rf"(?<= )(?:(?:{either(among)}|{words['adverb']}) )+(?=(?:{towards}) )"
         )
         self._closing = re.compile(rf"{part('closings')}$")
-        self._joining = re.compile(rf",\s*(?=(?:{either(words['subordinate'])})\b)")
+        self._joining = re.compile(
+            rf",\s*(?=(?:{either(words['subordinate'])})\b)"
+            rf"(?!(?:{either(words['no_subordinate'])})\b)"
+        )
         then, before, and_ = (either(words[name]) for name in ("then", "before_then", "and"))
         sooner = either(words["sooner"])
         self._orders = tuple(
@@ -107,9 +114,8 @@ class StepSplitter:
             for place in ("before", "after")
             for order in _orders(place, words, verbs)
         )
-        remarks = language["remarks"]
         self._happens = re.compile(
-            rf"(?:{either(remarks['subjects'])}) .*\b(?:{either(remarks['happening'])})\b"
+            rf"(?:{subjects}) .*\b(?:{either(language['remarks']['happening'])})\b"
         )
         self._sooner = re.compile(rf"(?:\s*,)?\s+(?:{before}) (?:{sooner})\b(?:\s*,)?\s*")
         self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
@@ -159,7 +165,8 @@ class StepSplitter:
 
     def is_polite(self, line: str) -> bool:
         """Whether a line says "please" behind its first words: "trash can please, it stinks"."""
-        return self._courteous.match(plain(line)) is not None
+        first = plain(line).partition(",")[0].strip()
+        return any(map(self._courteous.fullmatch, self._closings(first)))
 
     def is_at_once(self, line: str) -> bool:
         """Whether words of a line say that something is to be done at once."""

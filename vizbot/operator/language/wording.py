@@ -28,7 +28,7 @@ class Wording:
         told = either([*remarks["finite"], *remarks["asides"]])
         joints = either([*words["and"], *words["before_then"]])
         self._aside = re.compile(
-            rf"(?:(?:{joints}) )?(?!.*\b(?:{either(words['addressed'])})\b)"
+            rf"(?:(?:{joints}) )?(?!.*\b(?:{either(words['addressed'])})\b.)"
             rf"(?!(?:{either(language['numbers'])}) )"
             rf"(?:{either(remarks['subjects'])})\b.* (?:{told})\b"
         )
