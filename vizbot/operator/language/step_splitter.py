@@ -115,7 +115,7 @@ class StepSplitter:
             for order in _orders(place, words, verbs)
         )
         self._happens = re.compile(
-            rf"(?:{subjects}) .*\b(?:{either(language['remarks']['happening'])})\b"
+            rf"[^,]* (?<!that )(?<!which )(?<!who )(?:{either(language['remarks']['happening'])})\b"
         )
         self._sooner = re.compile(rf"(?:\s*,)?\s+(?:{before}) (?:{sooner})\b(?:\s*,)?\s*")
         self._step = re.compile(rf"(?:\s*,)?\s+(?:(?:{before}) )?(?:{then})\b(?:\s*,)?\s*")
@@ -150,14 +150,11 @@ class StepSplitter:
         told = tidy(self._reason.sub("", imperative))
         in_order = self._late_then.sub(rf"\1 {self._then} \2", told)
         for order in self._orders:
-            if (found := order.fullmatch(in_order)) is not None and not self._told(found):
+            found = order.fullmatch(in_order)
+            if found is not None and not self._happens.match(found["sooner"]):
                 head = found.groupdict().get("head") or ""
                 in_order = f"{head}{found['sooner']}, {self._then} {found['later']}"
         return in_order
-
-    def _told(self, found: re.Match[str]) -> bool:
-        """Whether what comes sooner is no order, but happens: "after the kids are in bed"."""
-        return self._happens.match(found["sooner"]) is not None
 
     def waits(self, step: SentenceStep) -> bool:
         """Whether a step is for where the order before it leads: "turn once you are there"."""

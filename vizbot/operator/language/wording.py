@@ -32,8 +32,8 @@ class Wording:
             rf"(?!(?:{either(language['numbers'])}) )"
             rf"(?:{either(remarks['subjects'])})\b.* (?:{told})\b"
         )
-        asides = {*remarks["never"]} - {*remarks["asides"]}
-        self._terms_beside = re.compile(rf"\b(?:{either(asides)})\b")
+        beside = {*remarks["never"]} - {*remarks["asides"]}
+        self._terms_beside = re.compile(rf"\b(?:{either(beside)})\b")
         self._clause = re.compile(rf"\b(?:{words['clause'].casefold()})\b")
         self._order = re.compile(rf"\b(?:{verbs}|{cannot['verbs']})\b")
         self._idle = re.compile(rf"(?: (?:{idle})(?= |$))+")
@@ -51,7 +51,7 @@ class Wording:
             aside: Whether they stand beside an order. Then a wish or a time is none of the
                 order's where they tell of others than the robot: "we have to leave at noon".
         """
-        aside = aside and self._aside.match(words) is not None
+        aside = aside and not self.forbids(words) and self._aside.match(words) is not None
         terms = self._terms_beside if aside else self._terms
         return terms.search(self._harmless.sub(" ", words)) is not None
 
