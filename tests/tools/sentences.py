@@ -5,8 +5,8 @@
 `building.tsv` and `german.tsv` were written beside the grammar, `habits.tsv` and
 `habits_german.tsv` just before it was last changed; it must have all of them right.
 Tables by readers who have not seen the grammar lie beside them, in the same form:
-`fresh_first.tsv` to `fresh_twelfth.tsv`. How many of each were right at the commit that keeps them
-is in `docs/results/rows/sentences.json`; the grammar has learned from all but the eleventh.
+`fresh_first.tsv` to `fresh_thirteenth.tsv`. How many of each were right at the commit that keeps
+them is in `docs/results/rows/sentences.json`; the grammar has learned from all but the eleventh.
 """
 
 from pathlib import Path
@@ -40,6 +40,7 @@ LEAST = {
     "fresh_tenth": 1.0,
     "fresh_eleventh": 0.99,
     "fresh_twelfth": 1.0,
+    "fresh_thirteenth": 1.0,
 }
 """Share of each table that must be right."""
 
