@@ -13,7 +13,7 @@ from mapping import map_bundle
 from vizbot.config import Config
 from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.session.place_answers import find_places
-from vizbot.rig import open_encoder
+from vizbot.rig import open_map_encoder
 
 
 def main() -> None:
@@ -23,7 +23,7 @@ def main() -> None:
     arguments = parser.parse_args()
 
     bundle = map_bundle.load(arguments.map)
-    encoder = open_encoder(bundle.model_id, "cpu")
+    encoder = open_map_encoder(bundle, "cpu")
     bundle = map_bundle.with_statistics(bundle, encoder)
 
     for text in arguments.text:

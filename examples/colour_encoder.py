@@ -9,7 +9,7 @@ of `mapping.clip.phrases` mean something, which these colours do not give.
 
 The class is made without arguments and keeps the Protocol `mapping.clip.encoder.ClipEncoder`; it is
 held against that before the run. A test can do the same: `broken_promise(ColourEncoder()) is None`
-(`mapping.clip.own_encoder`). Maps keep `model_id`, and are asked with an encoder that has the same.
+(`mapping.clip.own_encoder`). Maps keep `model_id`, and are asked with the same `--clip`.
 """
 
 from collections.abc import Sequence

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from mapping.clip.mapper import ClipElements
+from mapping.clip.own_encoder import is_class_name
 from mapping.clip.phrases import PHRASES_ID
 from mapping.clip.place_rows import PlaceMap, PlaceRows
 from mapping.clip.scores import NO_STATISTICS, Background
@@ -127,6 +128,19 @@ _GROUPS = {
 }
 
 
+def require_no_class(bundle: MapBundle) -> None:
+    """Reject a map that names a class, which is code that runs: a person has to name that.
+
+    Raises:
+        MapError: the map names a class.
+    """
+    if is_class_name(bundle.model_id):
+        raise MapError(
+            f"this map was made with an encoder of somebody's own, {bundle.model_id}; if you trust"
+            f" it, name it: --clip {bundle.model_id}"
+        )
+
+
 def require_encoder(bundle: MapBundle, encoder: TextEncoder) -> None:
     """Reject an encoder whose embeddings cannot be compared with the map's.
 
@@ -134,6 +148,7 @@ def require_encoder(bundle: MapBundle, encoder: TextEncoder) -> None:
         MapError: another encoder made the map, or its embeddings have another length.
     """
     if encoder.model_id != bundle.model_id:
+        require_no_class(bundle)
         raise MapError(
             f"the map's features are of {bundle.model_id!r}, not of {encoder.model_id!r}:"
             f" ask it with --clip {bundle.model_id}"

@@ -33,6 +33,7 @@ from vizbot.mixed_devices import FollowedBase, WithoutImu
 
 if TYPE_CHECKING:  # the encoder protocol's module loads torch
     from mapping.clip.encoder import ClipEncoder, TextEncoder
+    from mapping.map_bundle import MapBundle
     from sim_stubs.clip.model_files import EmbeddedFiles
     from sim_stubs.clock import SimulatedClock
     from sim_stubs.faults.faulty_base import FaultyRoomba
@@ -249,7 +250,9 @@ def require_encoder(name: str) -> None:
 def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
     """The encoder that `--clip` names: `embedded`, a short or hub name, a folder or a class.
 
-    `device` and `half` (16-bit floating point) are for the models that run on PyTorch.
+    `device` and `half` (16-bit floating point) are for the models that run on PyTorch. A class is
+    code that runs: for the name that a map has, which anybody may have written, there is
+    `open_map_encoder`.
 
     Raises:
         ConfigError: there are no weights for it here, or the class keeps no contract.
@@ -276,6 +279,35 @@ def open_text_encoder(name: str, device: str, half: bool = False) -> TextEncoder
     from sim_stubs.clip.text_encoder import EmbeddedTexts
 
     return EmbeddedTexts(_embedded_files(name))
+
+
+def open_map_encoder(
+    bundle: MapBundle, device: str, half: bool = False, clip: str | None = None
+) -> TextEncoder:
+    """The encoder to ask a saved map with: that of the map, unless a person names one.
+
+    A map may come from anywhere, so it opens models alone: a class is code that runs, and is opened
+    where a person names it.
+
+    Args:
+        bundle: The map.
+        device: Where a model on PyTorch runs.
+        half: Whether that computes in 16-bit floating point.
+        clip: What a person names, as `--clip` takes it; None for the encoder that the map names.
+
+    Raises:
+        ConfigError: there are no weights for it here, or the class keeps no contract.
+        MapError: the map names a class and no person does, or another encoder made the map.
+    """
+    from mapping import map_bundle
+
+    if clip is None:
+        map_bundle.require_no_class(bundle)
+        clip = bundle.model_id
+    require_encoder(clip)
+    encoder = open_text_encoder(clip, device, half)
+    map_bundle.require_encoder(bundle, encoder)
+    return encoder
 
 
 def _is_embedded(name: str) -> bool:

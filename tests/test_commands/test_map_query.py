@@ -9,7 +9,7 @@ from mapping.clip.reading import Reading
 from tests.helpers.bundles import bundle_of, make_older
 from vizbot.commands.map import query
 from vizbot.commands.options import MapQueryOptions
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, MapError
 
 
 @pytest.fixture
@@ -22,8 +22,8 @@ def ask(tmp_path, monkeypatch, mean_colours):
         opened.append(wanted)
         return mean_colours
 
-    monkeypatch.setattr("vizbot.commands.map.require_encoder", lambda _: None)
-    monkeypatch.setattr("vizbot.commands.map.open_text_encoder", open_encoder)
+    monkeypatch.setattr("vizbot.rig.require_encoder", lambda _: None)
+    monkeypatch.setattr("vizbot.rig.open_text_encoder", open_encoder)
 
     def command(**options):
         query(MapQueryOptions(tmp_path / "home", "yellow chair", as_json=True, **options))
@@ -39,6 +39,21 @@ def test_the_map_names_the_encoder_and_the_settings_say_where_it_runs(ask, tmp_p
     config.write_text('clip = "ViT-B/32"\ndevice = "auto"\nhalf = true\n')
     assert ask(config=config) == ("mean-colours", "auto", True)
     assert ask(config=config, clip="ViT-L/14") == ("ViT-L/14", "auto", True)
+
+
+def test_a_class_that_the_map_names_is_opened_where_a_person_names_it_too(
+    ask, mean_colours, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(mean_colours, "model_id", "mine:GoodOdds")
+    map_bundle.save(bundle_of(model_id="mine:GoodOdds"), tmp_path / "home")
+    with pytest.raises(MapError, match="if you trust it, name it: --clip mine:GoodOdds"):
+        ask()
+    (tmp_path / "robot.toml").write_text('clip = "other:Encoder"')
+    with pytest.raises(MapError, match="--clip mine:GoodOdds"):
+        ask(config=tmp_path / "robot.toml")
+    (tmp_path / "robot.toml").write_text('clip = "mine:GoodOdds"')
+    for options in ({"config": tmp_path / "robot.toml"}, {"clip": "mine:GoodOdds"}):
+        assert ask(**options) == ("mine:GoodOdds", "cpu", False)
 
 
 def test_settings_that_cannot_be_used_are_refused(ask, tmp_path):

@@ -183,6 +183,8 @@ TABLE = """
     map query home | 'text' | --help
     map query torn sofa | torn is damaged | build it again
     map query foreign sofa | 'another' | ViT-B/32
+    map query own sofa | somebody's own, os:abort | name it: --clip os:abort
+    map query home sofa --clip '' | '' | a hub name
     map list home | (home) | --help
     map rename home | 'NEW' | --help
     map rename ../a b | '../a' | letters, digits
@@ -296,6 +298,7 @@ def place(tmp_path_factory):
 def make_maps(folder):
     """A whole map, and each kind that is not."""
     map_bundle.save(bundle_of(model_id="another"), folder / "foreign")
+    map_bundle.save(bundle_of(model_id="os:abort"), folder / "own")
     map_bundle.save(bundle_of(), folder / "home")
     for name in ("torn", "cut", "without-arrays", "future", "changed"):
         shutil.copytree(folder / "home", folder / name)

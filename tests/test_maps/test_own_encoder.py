@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mapping import map_bundle
 from mapping.clip.own_encoder import broken_promise, open_class
 from mapping.clip.reading import Reading
-from vizbot.core.errors import ConfigError
-from vizbot.rig import open_encoder, open_text_encoder, require_encoder
+from tests.helpers.bundles import Encoder, bundle_of
+from vizbot.core.errors import ConfigError, MapError
+from vizbot.rig import open_encoder, open_map_encoder, open_text_encoder, require_encoder
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 COLOURS = "colour_encoder:ColourEncoder"
@@ -83,6 +85,34 @@ def test_what_breaks_the_contract_is_told_by_name(members, words):
     assert fault is not None
     assert words in fault
     assert len(fault.splitlines()) == 1
+
+
+@pytest.mark.parametrize("name", ["os:abort", "sprung_trap:Trap", "sprung_trap.inner:Trap"])
+def test_a_map_that_names_a_class_imports_and_calls_nothing(name, tmp_path, monkeypatch):
+    (tmp_path / "sprung_trap").mkdir()
+    for module in ("__init__", "inner"):
+        (tmp_path / "sprung_trap" / f"{module}.py").write_text("Trap = dict")
+    monkeypatch.syspath_prepend(tmp_path)
+    bundle = bundle_of(model_id=name)
+    for ask in (
+        lambda: open_map_encoder(bundle, "cpu"),
+        lambda: map_bundle.require_encoder(bundle, Encoder("embedded")),
+    ):
+        with pytest.raises(MapError) as refused:
+            ask()
+        assert str(refused.value) == (
+            f"this map was made with an encoder of somebody's own, {name}; if you trust it, name"
+            f" it: --clip {name}"
+        )
+    assert "sprung_trap" not in sys.modules
+    with pytest.raises(ConfigError, match="''"):
+        open_map_encoder(bundle, "cpu", clip="")
+
+
+def test_a_class_that_a_person_names_is_asked_about_its_map(in_examples):
+    bundle = bundle_of(model_id=COLOURS)
+    with pytest.raises(MapError, match="have 4 numbers"):  # it was opened, and knows 5 colours
+        open_map_encoder(bundle, "cpu", clip=COLOURS)
 
 
 @pytest.mark.parametrize(

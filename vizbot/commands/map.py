@@ -24,7 +24,7 @@ from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.printing import echo, printable
 from vizbot.operator.session.saved_maps import SavedMaps
-from vizbot.rig import Rig, open_encoder, open_text_encoder, require_encoder
+from vizbot.rig import Rig, open_encoder, open_map_encoder, require_encoder
 
 
 def build(options: MapBuildOptions) -> None:
@@ -111,10 +111,9 @@ def query(options: MapQueryOptions) -> None:
         raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
     config = load_settings(options.config, method=options.method)
     bundle = map_bundle.load(map_bundle.find_map(options.folder))
-    name = options.clip or bundle.model_id
-    require_encoder(name)
-    encoder = open_text_encoder(name, config.device, config.half)
-    map_bundle.require_encoder(bundle, encoder)
+    of_settings = config.clip if config.clip == bundle.model_id else None
+    clip = of_settings if options.clip is None else options.clip
+    encoder = open_map_encoder(bundle, config.device, config.half, clip)
     goal = goal_of(encoder, text)
     from vizbot.operator.session.place_answers import find_places
 
