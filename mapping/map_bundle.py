@@ -254,7 +254,7 @@ def save(bundle: MapBundle, folder: Path) -> None:
                 previous.rename(folder)
 
 
-def find_map(folder: Path) -> Path:
+def map_in(folder: Path) -> Path:
     """The folder of a map: itself, or `map` in it where it is the folder of a run."""
     in_run = folder / "map"
     holds = (in_run / HEADER).exists() or previous_folder(in_run).is_dir()

@@ -106,6 +106,15 @@ def move(folder: Path, new: Path) -> None:
         ) from error
 
 
+def is_readable(folder: Path) -> bool:
+    """Whether there is a folder of a map, or the map before one that was being replaced.
+
+    Raises:
+        OSError: that cannot be seen.
+    """
+    return folder.is_dir() or previous_folder(real_folder(folder)).is_dir()
+
+
 def readable_folder(folder: Path) -> Path:
     """Where a map is, or the map before where a program was killed while it replaced it.
 

@@ -2,12 +2,15 @@
 
 import json
 from io import StringIO
+from pathlib import Path
 
 import pytest
 
 from mapping import map_bundle
 from mapping.map_folder import MapUse
 from tests.helpers.bundles import bundle_of, names_in
+from vizbot.commands.options import RunOptions
+from vizbot.commands.run_plan import plan_run
 
 
 @pytest.fixture
@@ -28,7 +31,10 @@ def test_saved_maps_are_listed(run, maps):
     with MapUse(maps / "home"):
         code, out, _ = run("map", "list")
         assert code == 0
-        assert [line[18:] for line in out.splitlines()] == ["ground floor", "home (in use)"]
+        assert [line[18:] for line in out.splitlines()] == [
+            f"ground floor   {maps}/ground floor",
+            f"home (in use)  {maps}/home",
+        ]
         code, out, err = run("map", "list", "--json")
     said = json.loads(out)
     assert (code, err, said["folder"]) == (0, "", str(maps))
@@ -42,6 +48,38 @@ def test_where_no_map_was_saved_it_says_where_it_looked(run, tmp_path, monkeypat
     code, out, err = run("map", "list")
     assert (code, out) == (0, "") and str(tmp_path / "vizbot" / "maps") in err
     assert json.loads(run("map", "list", "--json")[1])["maps"] == []
+
+
+def test_a_saved_map_is_meant_by_its_name_wherever_a_folder_is_taken(run, maps, tmp_path):
+    map_bundle.save(bundle_of(seed=3, model_id="another"), maps / "home five")
+    code, out, err = run("map", "info", "home five")
+    assert (code, err) == (0, "") and out == run("map", "info", str(maps / "home five"))[1]
+    assert "'another'" in run("map", "query", "home five", "chair")[2]
+    for form in ("tum", "ply"):
+        given = ("map", "export", "home five", "--format", form, "--out", f"home.{form}")
+        assert run(*given) == (0, f"home.{form}\n", "")
+    (maps / "home five").rename(maps / ".home five.previous")  # killed while it was replaced
+    assert run("map", "info", "home five")[:2] == (0, out)
+    plan = plan_run(RunOptions(map_folder=Path("home"), out=tmp_path / "run"))
+    assert plan.map_folder == maps / "home" and plan.saved_map is not None
+
+
+def test_a_folder_that_exists_comes_before_a_saved_map_of_its_name(run, maps, tmp_path):
+    map_bundle.save(bundle_of(model_id="another"), tmp_path / "home")
+    assert "another" in run("map", "info", "home")[1]
+    (tmp_path / "home").rename(tmp_path / ".home.previous")  # killed while it was replaced
+    assert "another" in run("map", "info", "home")[1]
+    (tmp_path / ".home.previous").rename(tmp_path / "elsewhere")
+    assert "another" not in run("map", "info", "home")[1]
+    (tmp_path / "home").mkdir()
+    assert "home is not a map" in run("map", "info", "home")[2]
+
+
+@pytest.mark.parametrize("given", ["attic", "../home", "/nowhere/home", "a" * 61, "home/map"])
+def test_where_no_map_is_the_line_names_the_list(run, maps, given):
+    code, out, err = run("map", "info", given)
+    assert (code, out, err.count("\n")) == (1, "", 1)
+    assert f"no map at {given}: `vizbot map list` shows those saved by name" in err
 
 
 def test_a_map_is_renamed(run, maps):

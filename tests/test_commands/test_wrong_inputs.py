@@ -115,7 +115,7 @@ TABLE = """
     dry-run sofa --clip notes | notes | hf download
     dry-run sofa --clip siglip | siglip model | ViT-B/32
     dry-run sofa --clip embedded-12345678 | 'embedded-12345678' | build the map again
-    dry-run sofa --map nowhere | no map at nowhere | map build
+    dry-run sofa --map nowhere | no map at nowhere | map list | map build
     dry-run sofa --map notes | notes is not a map | map build
     dry-run sofa --map file | no map at file | map build
     dry-run sofa --map torn | torn is damaged | map.safetensors | build it again
@@ -147,7 +147,7 @@ TABLE = """
     launch --port PORT | :PORT: Address already in use | --port
     launch --port 0 --tls-key a.pem | --tls-key a.pem | give both
     launch --config nowhere.toml | nowhere.toml | give a TOML file
-    launch --map nowhere | no map at nowhere | map build
+    launch --map nowhere | no map at nowhere | map list | map build
     launch --clip nosuch | 'nosuch' | ViT-B/32
     launch --out notes | notes | --out
     launch --language xx | --language xx | de, en
@@ -175,7 +175,7 @@ TABLE = """
     map build torn.db3 --out map | torn.db3 | copy it again
     map build torn.db3 --out map --intrinsics 1,1,1,1,1 | torn.db3 | has its own
     map build walk --out map --clip nosuch | 'nosuch' | ViT-B/32
-    map info nowhere | no map at nowhere | map build
+    map info nowhere | no map at nowhere | map list | map build
     map info notes | notes is not a map | map build
     map info future | schema 99, not | build it again
     map info cut | cut is damaged | build it again

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from vizbot.cli.flags import with_options
-from vizbot.commands.options import JsonOption, MapBuildOptions, MapQueryOptions
+from vizbot.commands.options import JsonOption, MapArgument, MapBuildOptions, MapQueryOptions
 from vizbot.core.garbage import collecting_afterwards
 
 SavedName = Annotated[
@@ -42,7 +42,7 @@ def map_query(options: MapQueryOptions) -> None:
 
 @map_app.command("export", epilog="Example: vizbot map export office --format ply --out office.ply")
 def map_export(
-    folder: Annotated[Path, typer.Argument(metavar="MAP", help="A map's folder, or a run's.")],
+    folder: MapArgument,
     form: Annotated[
         str, typer.Option("--format", help="ply (coloured cloud) or tum (trajectory).")
     ],
@@ -55,10 +55,7 @@ def map_export(
 
 
 @map_app.command("info", epilog="Example: vizbot map info office")
-def map_info(
-    folder: Annotated[Path, typer.Argument(metavar="MAP", help="A map's folder, or a run's.")],
-    as_json: JsonOption = False,
-) -> None:
+def map_info(folder: MapArgument, as_json: JsonOption = False) -> None:
     """Say what a map holds."""
     from vizbot.commands.map import describe
 

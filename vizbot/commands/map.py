@@ -23,7 +23,7 @@ from vizbot.core.files import require_writable
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.printing import echo, printable
-from vizbot.operator.session.saved_maps import SavedMaps
+from vizbot.operator.session.saved_maps import SavedMaps, find_map
 from vizbot.rig import Rig, open_encoder, open_map_encoder, require_encoder
 
 
@@ -110,7 +110,7 @@ def query(options: MapQueryOptions) -> None:
     if not text.strip():
         raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
     config = load_settings(options.config, method=options.method)
-    bundle = map_bundle.load(map_bundle.find_map(options.folder))
+    bundle = map_bundle.load(find_map(options.folder))
     of_settings = config.clip if config.clip == bundle.model_id else None
     clip = of_settings if options.clip is None else options.clip
     encoder = open_map_encoder(bundle, config.device, config.half, clip)
@@ -148,7 +148,7 @@ def export(folder: Path, form: str, out: Path) -> None:
         raise ConfigError(f"unknown format {form!r}; use ply or tum")
     map_bundle.require_outside_maps(out)
     require_writable(out)
-    bundle = map_bundle.load(map_bundle.find_map(folder))
+    bundle = map_bundle.load(find_map(folder))
     if form == "ply":
         from mapping.ply import write_ply
 
@@ -164,20 +164,22 @@ def describe(folder: Path, as_json: bool) -> None:
     Raises:
         MapError: it cannot be read.
     """
-    bundle = map_bundle.load(map_bundle.find_map(folder))
+    bundle = map_bundle.load(find_map(folder))
     _print(_summary(bundle), bundle.notice, as_json)
 
 
 def list_saved(as_json: bool) -> None:
-    """Print the saved maps of this user, newest first."""
+    """Print the saved maps of this user and their folders, newest first."""
     saved = SavedMaps()
     maps = saved.maps()
     if as_json:
         echo(json.dumps({"folder": str(saved.folder), "maps": [asdict(each) for each in maps]}))
         return
-    for each in maps:
+    names = [f"{each.name}{' (in use)' if each.in_use else ''}" for each in maps]
+    longest = max(map(len, names), default=0)
+    for each, name in zip(maps, names, strict=True):
         date = datetime.fromtimestamp(each.saved_at)
-        echo(f"{date:%Y-%m-%d %H:%M}  {each.name}{' (in use)' if each.in_use else ''}")
+        echo(f"{date:%Y-%m-%d %H:%M}  {name:{longest}}  {saved.path(each.name)}")
     if not maps:
         echo(f"no saved maps in {saved.folder}; the console saves them by name", err=True)
 

@@ -60,6 +60,9 @@ LanguageOption = Annotated[
     str,
     typer.Option("--language", metavar="CODE", help="That people and robot speak: en or de."),
 ]
+MapArgument = Annotated[
+    Path, typer.Argument(metavar="MAP", help="A map's folder, a run's, or a saved map's name.")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
 VerboseOption = Annotated[
     bool, typer.Option("--verbose", help="Show key events on standard error, not warnings alone.")
@@ -82,8 +85,8 @@ class RunOptions:
         Path | None,
         typer.Option(
             "--map",
-            help="Begin in this saved map, or that of a run; the robot turns until it knows where"
-            " it is.",
+            help="Begin in this saved map (a folder, a run's, or its name); the robot turns until"
+            " it knows where it is.",
         ),
     ] = None
     clip: ClipOption = None
@@ -368,7 +371,7 @@ class MapBuildOptions:
 class MapQueryOptions:
     """Options of `vizbot map query`."""
 
-    folder: Annotated[Path, typer.Argument(metavar="MAP", help="A map's folder, or a run's.")]
+    folder: MapArgument
     text: Annotated[str, typer.Argument(help="What to look for.")]
     clip: ClipOption = None
     method: MethodOption = None

@@ -103,8 +103,10 @@ def plan_run(options: RunOptions) -> RunPlan:
         require_rerun()
     config = load_settings(options.config, options.clip, options.method)
     require_encoder(config.clip)
-    saved_map = None if options.map_folder is None else _loaded(options.map_folder)
-    return RunPlan(folder, config, saved_map, options.rerun, options.map_folder)
+    if options.map_folder is None:
+        return RunPlan(folder, config, None, options.rerun)
+    saved_map, map_folder = _loaded(options.map_folder)
+    return RunPlan(folder, config, saved_map, options.rerun, map_folder)
 
 
 def plan_dry_run(options: DryRunOptions) -> DryRunPlan:
@@ -145,10 +147,13 @@ def world_beside(plan: DryRunPlan) -> AbstractContextManager[PlanProcess | None]
     return PlanProcess(choice.world, outline, choice.first_goal, choice.start)
 
 
-def _loaded(folder: Path) -> MapBundle:
+def _loaded(given: Path) -> tuple[MapBundle, Path]:
+    """The saved map that is given by its folder, its run's or its name; and its folder."""
     from mapping import map_bundle
+    from vizbot.operator.session.saved_maps import find_map
 
-    return map_bundle.load(map_bundle.find_map(folder))
+    folder = find_map(given)
+    return map_bundle.load(folder), folder
 
 
 def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> None:

@@ -8,10 +8,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from mapping import map_folder
+from mapping import map_bundle, map_folder
 from mapping.map_bundle import load_grid
-from mapping.map_folder import MapUse
-from mapping.map_header import HEADER
+from mapping.map_folder import MapUse, is_readable
+from mapping.map_header import HEADER, REMEDY
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.types import OccupancyGrid
 
@@ -37,6 +37,22 @@ def maps_folder() -> Path:
     """The folder of this user's saved maps."""
     home = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
     return Path(home) / "vizbot" / "maps"
+
+
+def find_map(given: Path) -> Path:
+    """The folder of the map that a person gives: a map's, a run's, or the name of a saved one.
+
+    A folder that exists comes before a saved map of that name.
+
+    Raises:
+        MapError: there is neither.
+    """
+    folder, name = map_bundle.map_in(given), str(given)
+    if is_readable(folder):
+        return folder
+    if _NAME.fullmatch(name) and is_readable(saved := maps_folder() / name):
+        return saved
+    raise MapError(f"no map at {given}: `vizbot map list` shows those saved by name, and {REMEDY}")
 
 
 class SavedMaps:
