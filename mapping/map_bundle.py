@@ -185,14 +185,23 @@ def require_map_folder(folder: Path) -> None:
     raise MapError(f"{folder} is not a map and is left alone: give another folder for the map")
 
 
-def require_savable(folder: Path) -> None:
+def require_savable(folder: Path, *, replace: bool) -> None:
     """Reject a folder that a map cannot be saved in, before the work that makes the map.
 
+    Args:
+        folder: For the map.
+        replace: Whether it may hold a map already, which is replaced.
+
     Raises:
-        MapError: it is neither new, nor empty, nor a map, or cannot be made or replaced.
+        MapError: it is neither new, nor empty, nor a map to be replaced, or it cannot be written.
     """
     require_map_folder(folder)
     real = real_folder(folder)
+    is_there = previous_folder(real).exists() or (real.exists() and any(real.iterdir()))
+    if is_there and not replace:
+        raise MapError(
+            f"{folder} is a map already: give another folder for it, or replace it with --force"
+        )
     try:
         require_folder(real.parent if real.exists() else real)
     except OSError as error:

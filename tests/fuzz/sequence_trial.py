@@ -25,7 +25,7 @@ def outcome(folder, out):
     """One of "refused: LINE", "loaded", or what is wrong."""
     try:
         with contextlib.redirect_stdout(io.StringIO()) as said:
-            map_commands.build(MapBuildOptions(folder, out, as_json=True))
+            map_commands.build(MapBuildOptions(folder, out, force=True, as_json=True))
         json.loads(said.getvalue(), parse_constant=_refuse)
         map_bundle.load(out)
     except VizbotError as error:

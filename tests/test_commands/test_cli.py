@@ -6,7 +6,10 @@ import sys
 
 import pytest
 
+from mapping.map_bundle import load, save
 from sim_stubs.world import renderer
+from tests.fuzz.spoilt_sequences import write_sequence
+from tests.helpers.bundles import bundle_of
 from vizbot import __version__
 from vizbot.cli import app as cli
 from vizbot.core.errors import DeviceError
@@ -150,6 +153,17 @@ def test_an_image_that_does_not_decode_is_named(run, tmp_path):
     (sequence / "camera.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
     assert_one_line(run("map", "build", "walk", "--out", "map"), "0.png")
     assert not (tmp_path / "map").exists()
+
+
+def test_a_map_is_built_over_another_one_with_force(run, tmp_path, monkeypatch, mean_colours):
+    monkeypatch.setattr("vizbot.commands.map.open_encoder", lambda *_: mean_colours)
+    write_sequence(tmp_path / "walk")
+    save(bundle_of(frames=0), tmp_path / "home")
+    command = ("map", "build", "walk", "--out", "home")
+    assert_one_line(run(*command), "home is a map already", "--force")
+    assert len(load(tmp_path / "home").trajectory.stamps) == 0
+    assert run(*command, "--force")[0] == 0
+    assert len(load(tmp_path / "home").trajectory.stamps) == 4
 
 
 def test_a_map_that_is_none_is_one_line(run, tmp_path):

@@ -171,6 +171,9 @@ TABLE = """
     map build walk | '--out' | --help
     map build walk --out map | walk: no camera.json | --intrinsics
     map build walk --out notes | notes is not a map | another folder
+    map build walk --out notes --force | notes is not a map | another folder
+    map build walk --out home | home is a map already | --force
+    map build walk --out torn | torn is a map already | --force
     map build walk --out file/map | file/map: Not a directory | another folder
     map build torn.db3 --out map | torn.db3 | copy it again
     map build torn.db3 --out map --intrinsics 1,1,1,1,1 | torn.db3 | has its own

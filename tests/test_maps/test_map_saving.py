@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mapping import map_bundle
-from mapping.map_bundle import load, require_map_folder, save
+from mapping.map_bundle import load, require_map_folder, require_savable, save
 from tests.helpers.bundles import (
     assert_same,
     bundle_of,
@@ -47,6 +47,23 @@ def test_what_is_not_a_map_is_never_overwritten(tmp_path, make):
         p.name: p.read_bytes() for p in ([path] if path.is_file() else path.iterdir())
     }
     assert names_in(tmp_path) == ["precious"]
+
+
+def test_a_map_is_replaced_by_the_work_to_come_only_where_that_is_wanted(tmp_path):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "link").symlink_to("home")
+    save(bundle_of(), tmp_path / "home")
+    save(bundle_of(), tmp_path / ".interrupted.previous")
+    make_folder_with_a_letter(tmp_path / "letters")
+    for name in ("new", "empty"):
+        require_savable(tmp_path / name, replace=False)
+    for name in ("home", "link", "interrupted"):
+        with pytest.raises(MapError, match=f"{name} is a map already: .* --force"):
+            require_savable(tmp_path / name, replace=False)
+        require_savable(tmp_path / name, replace=True)
+    for replace_it in (False, True):
+        with pytest.raises(MapError, match="letters is not a map and is left alone"):
+            require_savable(tmp_path / "letters", replace=replace_it)
 
 
 def at(array, value):

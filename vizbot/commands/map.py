@@ -41,7 +41,7 @@ def build(options: MapBuildOptions) -> None:
     require_encoder(config.clip)
     if intrinsics is not None and sequence.is_file():
         raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
-    map_bundle.require_savable(out)
+    map_bundle.require_savable(out, replace=options.force)
     from drivers.tum_sequence import parse_intrinsics
 
     recording = None if intrinsics is None else parse_intrinsics(intrinsics)

@@ -364,6 +364,7 @@ class MapBuildOptions:
     clip: ClipOption = None
     config: ConfigOption = None
     intrinsics: IntrinsicsOption = None
+    force: Annotated[bool, typer.Option("--force", help="Replace a map that is there.")] = False
     as_json: JsonOption = False
 
 
