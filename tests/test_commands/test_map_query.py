@@ -26,7 +26,8 @@ def ask(tmp_path, monkeypatch, mean_colours):
     monkeypatch.setattr("vizbot.rig.open_text_encoder", open_encoder)
 
     def command(**options):
-        query(MapQueryOptions(tmp_path / "home", "yellow chair", as_json=True, **options))
+        options = {"text": "yellow chair", "as_json": True} | options
+        query(MapQueryOptions(tmp_path / "home", **options))
         return opened.pop()
 
     return command
@@ -98,6 +99,59 @@ def test_by_belief_a_map_from_before_there_were_places_answers_too(ask, tmp_path
     make_older(tmp_path / "home")
     ask()
     assert len(json.loads(capsys.readouterr().out)["candidates"]) > 0
+
+
+@pytest.mark.parametrize(
+    ("text", "thing"),
+    [
+        ("Yellow Chair", "Yellow Chair"),
+        ("where is the yellow chair?", "yellow chair"),
+        ("is there a yellow chair?", "yellow chair"),
+        ('"where is the sofa?"', "where is the sofa?"),
+        ('"docking station"', "docking station"),
+        ('where is the "stop sign"?', "stop sign"),
+        ("find the yellow chair", "yellow chair"),
+        ("something to sit on", "something to sit on"),
+    ],
+)
+def test_a_question_asks_for_the_thing_in_it(ask, capsys, text, thing):
+    ask(text=thing if thing == "yellow chair" else f'"{thing}"')
+    about_the_thing = json.loads(capsys.readouterr().out)
+    ask(text=text)
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["text"], answer["count"]) == (thing, None)
+    assert answer == about_the_thing
+
+
+def test_how_many_there_are_is_counted(ask, capsys, tmp_path):
+    ask()
+    scores = [place["score"] for place in json.loads(capsys.readouterr().out)["candidates"]]
+    config, counts = tmp_path / "robot.toml", []
+    for found in (0.5, (scores[1] + scores[2]) / 2):
+        config.write_text(f"[objectnav]\nfound = {found}\n")
+        ask(text="how many yellow chairs are there?", config=config)
+        answer = json.loads(capsys.readouterr().out)
+        counts.append(answer["count"])
+        assert answer["text"] == "yellow chairs"
+        ask(text="how many yellow chairs are there?", config=config, as_json=False)
+        assert capsys.readouterr().out.startswith(f"yellow chairs: {counts[-1]} found (")
+    assert counts == [0, 2]
+
+
+@pytest.mark.parametrize("method", ["belief", "paper"])
+def test_it_is_said_which_places_count(ask, capsys, tmp_path, monkeypatch, mean_colours, method):
+    ask(method=method)
+    scores = [place["score"] for place in json.loads(capsys.readouterr().out)["candidates"]]
+    score = {"belief": "probability", "paper": "similarity"}[method]
+    config = tmp_path / "robot.toml"
+    for found, least in (("located", (scores[1] + scores[2]) / 2), ("not found", 0.999)):
+        monkeypatch.setattr(mean_colours, "threshold", least)
+        config.write_text(f"[objectnav]\nfound = {least}\n")
+        ask(method=method, config=config, as_json=False)
+        head, *rows = capsys.readouterr().out.splitlines()
+        assert head == f"yellow chair: {found} (a place counts with a {score} above {least:.3g})"
+        silent = [not row.endswith("does not count") for row in rows]
+        assert silent == [each > least for each in scores]
 
 
 def test_a_run_holds_its_map_in_a_folder_of_that_name(run, tmp_path):

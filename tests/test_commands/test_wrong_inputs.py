@@ -184,6 +184,11 @@ TABLE = """
     map info cut | cut is damaged | build it again
     map query home '' | '' is empty | 'sofa'
     map query home | 'text' | --help
+    map query home 'go to the sofa, then the lamp' | then the lamp' | 'where is the sofa?'
+    map query home 'sofa, lamp' | map query takes a thing ('sofa') | 'sofa, lamp' | double quotes
+    map query home dock | 'dock' | double quotes
+    map query home 'where are the lamp and the sofa?' | 'where is the sofa?' | double quotes
+    map query home 'how many chairs' --method paper | 'how many chairs' | counts nothing
     map query torn sofa | torn is damaged | build it again
     map query foreign sofa | 'another' | ViT-B/32
     map query own sofa | somebody's own, os:abort | name it: --clip os:abort

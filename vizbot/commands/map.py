@@ -22,6 +22,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.objectnav.tasks import goal_of
+from vizbot.operator.language.command import HowMany
 from vizbot.operator.printing import echo, printable
 from vizbot.operator.session.saved_maps import SavedMaps, find_map
 from vizbot.rig import Rig, open_encoder, open_map_encoder, require_encoder
@@ -104,37 +105,48 @@ def query(options: MapQueryOptions) -> None:
     """Print the best places for a text, and whether they are similar enough to be it.
 
     Raises:
-        VizbotError: the map cannot be read, was made by another encoder, or the text is empty.
+        VizbotError: the map cannot be read, was made by another encoder, or the text asks for
+            nothing, or for what the method cannot answer.
     """
-    text = options.text
-    if not text.strip():
-        raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
+    from vizbot.commands.sentences import parse_question
+
+    question = parse_question(options.text)
     config = load_settings(options.config, method=options.method)
+    by_paper = config.objectnav.method == "paper"
+    if by_paper and isinstance(question, HowMany):
+        raise ConfigError(f"--method paper cannot answer {options.text!r}: it counts nothing")
     bundle = map_bundle.load(find_map(options.folder))
     of_settings = config.clip if config.clip == bundle.model_id else None
     clip = of_settings if options.clip is None else options.clip
     encoder = open_map_encoder(bundle, config.device, config.half, clip)
-    goal = goal_of(encoder, text)
-    from vizbot.operator.session.place_answers import find_places
+    goal = goal_of(encoder, question.goal)
+    from mapping.clip.scores import Query
+    from vizbot.operator.session.place_answers import count_places, find_places
 
-    by_paper = config.objectnav.method == "paper"
     if not by_paper:
         bundle = map_bundle.with_statistics(bundle, encoder)
     answer = find_places(bundle, goal, encoder.log_odds, config.objectnav)
+    count = None
+    if isinstance(question, HowMany):
+        asked = Query(goal.embedding, encoder.log_odds, goal.rivals)
+        count = count_places(bundle, asked, answer.threshold)
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")
-        echo(json.dumps(content | {"notice": encoder.notice}))
+        echo(json.dumps(content | {"count": count, "notice": encoder.notice}))
         return
     if encoder.notice:
         echo(encoder.notice, err=True)
     if answer.note:
         echo(answer.note, err=True)
-    echo(f"{text}: {'located' if answer.outcome is Outcome.LOCATED else 'not found'}")
+    found = "located" if answer.outcome is Outcome.LOCATED else "not found"
     score = "similarity" if by_paper else "probability"
+    least = f"a place counts with a {score} above {answer.threshold:.3g}"
+    echo(f"{answer.text}: {found if count is None else f'{count} found'} ({least})")
     for place in answer.places:
         x, y, z = place.position
-        echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   {score} {place.score:.3f}")
+        counts = "" if place.score > answer.threshold else "   does not count"
+        echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   {score} {place.score:.3f}{counts}")
 
 
 def export(folder: Path, form: str, out: Path) -> None:

@@ -373,7 +373,9 @@ class MapQueryOptions:
     """Options of `vizbot map query`."""
 
     folder: MapArgument
-    text: Annotated[str, typer.Argument(help="What to look for.")]
+    text: Annotated[
+        str, typer.Argument(help='What to look for, or a question: "where is the sofa?".')
+    ]
     clip: ClipOption = None
     method: MethodOption = None
     config: ConfigOption = None

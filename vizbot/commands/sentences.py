@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.language.command import All, Command, Decline, GoTo, goals_of, join_commands
+from vizbot.operator.language.command import (
+    All,
+    Command,
+    Decline,
+    GoTo,
+    HowMany,
+    Reason,
+    WhereIs,
+    goals_of,
+    join_commands,
+)
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.printing import echo
 
@@ -57,6 +67,29 @@ def parse_goals(texts: Sequence[str], language: Language = ENGLISH) -> list[str]
                 " another command; put a thing of that name in double quotes"
             )
     return goals if language is ENGLISH else [_translated(goal, language) for goal in goals]
+
+
+def parse_question(text: str) -> WhereIs | HowMany:
+    """What a saved map is asked: where a thing is, which may be named alone, or how many there are.
+
+    Words that only tell something ("something to sit on") are a thing: encoders know open words.
+
+    Raises:
+        ConfigError: the text is empty, another command, or not understood.
+    """
+    if not text.strip():
+        raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
+    match ENGLISH.grammar.typed(text):
+        case WhereIs() | HowMany() as question:
+            return question
+        case GoTo((goal,), None):
+            return WhereIs(goal)
+        case Decline(Reason.STATEMENT):
+            return WhereIs(text)
+    raise ConfigError(
+        "map query takes a thing ('sofa'), 'where is the sofa?' or 'how many sofas are there?', not"
+        f" {text!r}; put a thing of that name in double quotes"
+    )
 
 
 def _translated(goal: str, language: Language) -> str:
