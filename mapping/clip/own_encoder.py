@@ -10,7 +10,7 @@ import importlib
 import importlib.util
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,9 @@ if TYPE_CHECKING:  # its module loads torch
 
 _NAME = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 _TEXTS = ("a chair", "a kitchen", "something red")
+_SIZES = ((480, 640), (96, 128), (50, 31))
+_PLAIN = ((200, 30, 30), (40, 150, 60), (40, 70, 190))
+"""Colours of pictures that no encoder of pictures takes for one another."""
 _SAME = 0.999
 """Least cosine between two embeddings of one picture, alone and in a batch."""
 _UNIT = 1e-3
@@ -84,10 +87,14 @@ def broken_promise(encoder: object) -> str | None:
 
     It is tried on a few texts and pictures.
     """
-    try:
-        return next((fault for check in _CHECKS if (fault := check(encoder))), None)
-    except Exception as error:  # whatever that code runs into
-        return " ".join(f"{type(error).__name__}: {error}".split())
+    for place, check in _CHECKS.items():
+        try:
+            fault = check(encoder)
+        except Exception as error:  # whatever that code runs into
+            fault = " ".join(f"{place}: {type(error).__name__}: {error}".split())
+        if fault:
+            return fault
+    return None
 
 
 def _values(encoder: Any) -> str | None:
@@ -119,13 +126,21 @@ def _readings(encoder: Any) -> str | None:
 
 def _images(encoder: Any) -> str | None:
     rng = np.random.default_rng(0)
-    pictures = [
-        rng.integers(0, 256, (*size, 3), np.uint8) for size in ((480, 640), (96, 128), (50, 31))
+    noise = [rng.integers(0, 256, (*size, 3), np.uint8) for size in _SIZES]
+    plain = [
+        np.full((*size, 3), colour, np.uint8)
+        for size, colour in zip(_SIZES[::-1], _PLAIN, strict=True)
     ]
-    return _embeds(encoder, "embed_images", encoder.embed_images, pictures)
+    return _embeds(encoder, "embed_images", encoder.embed_images, [*noise, *plain])
 
 
-_CHECKS: tuple[Callable[[Any], str | None], ...] = (_values, _texts, _readings, _images)
+_CHECKS: Mapping[str, Callable[[Any], str | None]] = {
+    "its values": _values,
+    "embed_texts": _texts,
+    "reading": _readings,
+    "embed_images": _images,
+}
+"""Checks, by where they look."""
 
 
 def _embeds(encoder: Any, name: str, embed: Callable[[Any], Any], inputs: Any) -> str | None:
@@ -139,8 +154,12 @@ def _embeds(encoder: Any, name: str, embed: Callable[[Any], Any], inputs: Any) -
     lengths: NDArray[np.floating] = np.linalg.norm(found, axis=1)
     if not (np.abs(lengths - 1.0) < _UNIT).all():
         return f"{name} returns rows of length {lengths.min():.3g} to {lengths.max():.3g}, not 1"
-    if not (embed([inputs[0]]) @ found[0] >= _SAME).all():
-        return f"{name} embeds the same thing otherwise when it is alone"
+    for one, row in zip(inputs, found, strict=True):
+        if not (embed([one]) @ row >= _SAME).all():
+            return (
+                f"{name} embeds the same thing otherwise when it is alone: rows come in the order"
+                " of what they are of, and none depends on the others"
+            )
     return None
 
 

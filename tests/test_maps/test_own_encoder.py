@@ -41,6 +41,24 @@ def by_count(self, inputs):
     return rows
 
 
+def means_of(self, images):
+    rows = np.array([image.mean((0, 1)) for image in images], np.float32).reshape(-1, 3)
+    return rows / np.linalg.norm(rows, axis=1, keepdims=True)
+
+
+def reversed_rows(self, images):
+    return means_of(self, images)[::-1]
+
+
+def by_size(self, images):
+    """Embeds pictures of one size together, and forgets to put them back into their order."""
+    return means_of(self, sorted(images, key=np.size))
+
+
+def broken(self, inputs):
+    raise ValueError("no such\nkernel")
+
+
 @pytest.fixture
 def in_examples(monkeypatch):
     monkeypatch.chdir(EXAMPLES)
@@ -60,6 +78,7 @@ def test_the_example_is_found_in_the_folder_where_it_lies_and_finds_colours(in_e
 
 def test_what_keeps_the_contract_is_taken():
     assert broken_promise(Honest()) is None
+    assert broken_promise(changed(embed_images=means_of)) is None
 
 
 @pytest.mark.parametrize(
@@ -76,7 +95,13 @@ def test_what_keeps_the_contract_is_taken():
         ({"embed_texts": lambda self, texts: np.ones((3, 3), np.float32)}, "(0, 3)"),
         ({"embed_images": lambda self, images: np.ones((len(images), 3), np.float32)}, "not 1"),
         ({"embed_images": by_count}, "otherwise when it is alone"),
-        ({"embed_images": None}, "not callable"),
+        ({"embed_images": reversed_rows}, "embed_images embeds the same thing otherwise"),
+        ({"embed_images": by_size}, "embed_images embeds the same thing otherwise"),
+        ({"embed_images": broken}, "embed_images: ValueError: no such kernel"),
+        ({"embed_texts": broken}, "embed_texts: ValueError: no such kernel"),
+        ({"reading": broken}, "reading: ValueError: no such kernel"),
+        ({"log_odds": 3}, "its values: TypeError: "),
+        ({"embed_images": None}, "embed_images: TypeError: 'NoneType' object is not callable"),
         ({"reading": lambda self, text: text}, "no Reading"),
     ],
 )
