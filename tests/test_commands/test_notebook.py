@@ -16,7 +16,8 @@ NOTEBOOK = Path(__file__).resolve().parents[2] / "examples" / "map_a_recording.i
 def test_the_notebook_maps_a_recording_asks_it_and_draws_the_answer(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
-    realsense("0", tmp_path / "room.db3", 2.0)
+    (tmp_path / "runs").mkdir()
+    realsense("0", tmp_path / "runs" / "room.db3", 2.0)
     cells = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
     names = {}
     for cell in cells:
