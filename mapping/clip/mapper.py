@@ -68,7 +68,9 @@ def patch_boxes(width: int, height: int, config: ClipMapperConfig) -> NDArray[np
     for size in config.patch_sizes():
         cols, rows = width // size, height // size
         if cols * rows == 0:
-            logger.warning("%dx%d images have no patches of %d px", width, height, size)
+            logger.warning(
+                "%dx%d images have no patches of %d px: that scale is left out", width, height, size
+            )
         u0, v0 = (width - cols * size) // 2, (height - rows * size) // 2
         for row in range(rows):
             for col in range(cols):

@@ -1,3 +1,4 @@
+import logging
 import math
 import multiprocessing
 import os
@@ -35,6 +36,15 @@ def test_a_job_runs_on_every_core_that_there_is_memory_for(monkeypatch, cores, g
     sizes = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": gigabytes * 10**9 // 4096}
     monkeypatch.setattr(os, "sysconf", sizes.get)
     assert processes() == jobs
+
+
+def warn(_job):
+    logging.getLogger("drivers.roomba").warning("asking it to obey again")
+
+
+def test_what_devices_warn_of_does_not_come_between_the_lines_of_progress(capfd):
+    list(in_parallel(warn, [1], "warnings", described))
+    assert "obey" not in capfd.readouterr().err
 
 
 def process_of(_job):

@@ -228,6 +228,16 @@ def delete_saved(name: str, sure: bool) -> None:
     echo(f"{name!r} is deleted")
 
 
+_UNITS = {
+    "path_length": "m",
+    "camera_height": "m",
+    "tracked": "of the frames",
+    "ate_rmse": "m, as it was driven",
+    "ate_rmse_final": "m, after the last correction",
+}
+"""What a value of a map's summary is counted in, for people."""
+
+
 def _summary(bundle: map_bundle.MapBundle) -> dict[str, object]:
     steps = np.diff(bundle.trajectory.Ts_map_cam[:, :3, 3], axis=0)
     return {
@@ -250,4 +260,5 @@ def _print(summary: dict[str, object], notice: str | None, as_json: bool) -> Non
     if notice:
         echo(notice, err=True)
     for name, value in summary.items():
-        echo(f"{name.replace('_', ' '):16} {value}")
+        unit = f" {_UNITS[name]}" if name in _UNITS and value is not None else ""
+        echo(f"{name.replace('_', ' '):16} {value}{unit}")

@@ -57,7 +57,9 @@ class Store(Generic[T]):
                     StoredResult(key, commit, hardware, adapter.validate_python(fields))
                 )
             except (ValueError, KeyError, TypeError) as error:
-                raise ConfigError(f"{path}, line {number} is no result; delete it") from error
+                raise ConfigError(
+                    f"{path}, line {number} is no result; delete that line"
+                ) from error
 
     def results_with_key(self, key: str) -> list[T]:
         """Results with this key, in the order they were finished."""

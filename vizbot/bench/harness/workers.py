@@ -6,6 +6,7 @@ A result does not depend on the jobs before it, nor on how many there are.
 from __future__ import annotations
 
 import atexit
+import logging
 import multiprocessing
 import os
 import signal
@@ -109,6 +110,8 @@ def _begin() -> None:
     """Set up a process: Ctrl+C interrupts only the parent, and OpenCV gets one thread."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     cv2.setNumThreads(1)
+    # What befalls simulated devices is in the results, and not between the lines of progress.
+    logging.getLogger().addHandler(logging.NullHandler())
     atexit.register(_end)
 
 
