@@ -218,6 +218,9 @@ class Pipeline:
             decision = self._docking.decide(base, state, now, stop)
             if decision is not None:
                 return decision
+        if task is Task.FIND_PLACE and (state.docked or state.plugged_in):
+            charging = "the robot charges; ask for something, and it looks for its place first"
+            return Decision(STOP, "on the charger", ended=(Outcome.GAVE_UP, charging))
         return self.map.safety.decide(
             state,
             tracked.estimate,
@@ -300,6 +303,9 @@ class Pipeline:
         T_map_base, search = tracked.T_map_base, self.map.search
         if self.map.gyro_settling.goes_on(tracked.frame):
             return Decision(STOP, "standing still, to learn the gyroscope's bias")
+        if task is Task.FIND_PLACE:  # a robot that is lost does not come this far
+            known = "the robot knows where it is on the map"
+            return Decision(STOP, "found its place", ended=(Outcome.LOCATED, known))
         if isinstance(task, ShortMove):
             return self.map.short_motion.decide(task, T_map_base, grid)
         if (place := self.map.places.waypoint(task)) is not None:

@@ -122,9 +122,11 @@ class WatchedRobot:
         twist: What the wheels do now.
         driven: Every twist that was new, in order.
         pipeline: Its map.
+        tracking: How far it knows where it is.
     """
 
     def __init__(self):
+        self.tracking = Tracking.TRACKING
         self.session = OperatorSession()
         self.twist = STOP
         self.driven = []
@@ -189,6 +191,8 @@ class WatchedRobot:
                     asked = None
                 goal = "" if asked is None else asked.text
                 step = replace(step, index=step.index + 1, goal=goal, grid=self._grid)
+                estimate = replace(step.estimate, tracking=self.tracking)
+                step = replace(step, estimate=estimate)
                 activity, why = ("exploring", LONG_WHY) if goal else ("mapping", "")
                 step = replace(step, activity=activity, why=why)
                 step = replace(step, candidate_xy=self._approached if goal else None)

@@ -18,7 +18,7 @@ def test_steps_of_a_goal_are_counted_up_to_the_most_and_the_share_seen_is_told(c
     assert first.startswith("step    1 of 1000  sofa: exploring") and "seen" not in first
     assert later.startswith("step   26 of 1000") and later.endswith("seen 25%")
     assert again.startswith("step    1 of 1000") and again.endswith("seen 50%")
-    assert mapping == "frame   75  keyframe 0  seen 50%"
+    assert mapping == "frame   75  keyframe 0  exploring  seen 50%"
 
 
 def test_what_a_step_does_is_told_with_why_in_one_clause(capsys):

@@ -6,6 +6,7 @@ import json
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -17,14 +18,15 @@ from tests.helpers.served import drive_for
 from vizbot.operator.client.robot_client import RobotClient
 
 
-@pytest.fixture
-def dry_run(tmp_path):
+@contextmanager
+def serving(folder, *options, max_steps=8):
     """A dry run in its own program, and a client that talks to it."""
-    (tmp_path / "short.toml").write_text("[objectnav]\nmax_steps = 8\nlook_around = false\n")
+    settings = f"[objectnav]\nmax_steps = {max_steps}\nlook_around = false\n"
+    (folder / "short.toml").write_text(settings)
     arguments = ["dry-run", "--serve", "--port", "0", "--world", "0", "--config", "short.toml"]
     program = subprocess.Popen(
-        [sys.executable, "-m", "vizbot", *arguments, "--out", "run", "--json"],
-        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [sys.executable, "-m", "vizbot", *arguments, "--json", *options],
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
     try:
         line = next(line for line in program.stderr if line.startswith("serving at "))
@@ -33,6 +35,12 @@ def dry_run(tmp_path):
     finally:
         program.kill()
         program.communicate()
+
+
+@pytest.fixture
+def dry_run(tmp_path):
+    with serving(tmp_path, "--out", "run") as run:
+        yield run
 
 
 def test_driving_by_hand_maps_and_goals_are_asked_for_until_somebody_ends_it(dry_run, tmp_path):
@@ -67,3 +75,19 @@ def test_driving_by_hand_maps_and_goals_are_asked_for_until_somebody_ends_it(dry
     # The step in which it was ended may be in the map, and not in the count.
     assert len(kept.trajectory.stamps) - result["steps"] in (0, 1)
     assert np.linalg.norm(np.ptp(kept.trajectory.Ts_map_cam[:, :2, 3], axis=0)) > 0.1
+
+
+def test_a_run_that_begins_in_a_saved_map_finds_its_place_unasked(dry_run, tmp_path):
+    program, client, _ = dry_run
+    wait_for(lambda: client.state()["step"], ASKED_EVERY)
+    program.send_signal(signal.SIGINT)
+    program.communicate(timeout=DEADLINE)
+    with serving(tmp_path, "--map", "run", "--out", "again", max_steps=100) as (again, robot, _):
+        assert "turns on the spot until it knows where it is" in again.stderr.readline()
+        wait_for(lambda: robot.state()["goals"][0]["outcome"] is not None, ASKED_EVERY)
+        [task] = robot.state()["goals"]
+        assert (task["text"], task["outcome"]) == ("find its place on the map", "located")
+        assert robot.state()["tracking"] in ("tracking", "relocalised")
+        again.send_signal(signal.SIGINT)
+        out, _ = again.communicate(timeout=DEADLINE)
+        assert again.returncode == 0 and json.loads(out)["success"]

@@ -8,6 +8,8 @@ import pytest
 
 from tests.helpers.browsing import box_of, says, take_lease, touch_screen, until
 from tests.helpers.cut_line import Line
+from vizbot.core.types import Tracking
+from vizbot.objectnav.tasks import Task
 from vizbot.operator.api.console_routes import FILES
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
@@ -290,6 +292,18 @@ def test_stop_works_even_where_no_script_runs(open_page, server, robot):
     page = open_page(server.url, java_script_enabled=False)
     page.get_by_role("button", name="STOP").click()
     until(page, robot.session.stopped.is_set)
+
+
+def test_what_a_lost_robot_does_about_it_is_told(page, robot):
+    robot.tracking = Tracking.LOST
+    says(page, "#tracking", "no, it is lost")
+    says(page, "#detail", "asked for something, it looks for its place first")
+    robot.session.stop("ann")
+    says(page, "#activity", "Stopped")
+    says(page, "#detail", "asked for something, it looks for its place first")
+    robot.session.ask([Task.FIND_PLACE])
+    says(page, "#goals li.running b", "Find its place on the map")
+    until(page, lambda: "looks for its place first" not in page.locator("#detail").inner_text())
 
 
 def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_path, monkeypatch):

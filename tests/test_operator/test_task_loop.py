@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.roomba_rig import DEADLINE, wait_for
-from tests.helpers.scripted_robot import ScriptedBase
+from tests.helpers.scripted_robot import PERIOD, ScriptedBase
 from vizbot.config import ObjectNavConfig
 from vizbot.core.errors import DeviceError
 from vizbot.core.observer import Outcome
@@ -176,6 +176,57 @@ def test_an_exploration_is_asked_for_like_a_goal(pipeline_on):
     robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask([Task.EXPLORE])}, last=200)
     [task] = robot.run()
     assert task.outcome is Outcome.EXPLORED
+
+
+def find_place(session):
+    session.ask([Task.FIND_PLACE])
+
+
+def carry(robot):
+    """Lift a robot that knows where it is, and put it down again."""
+    for feels in ({}, {0: {"wheel_drops": (True, True)}}):
+        robot.body.feels = feels
+        robot.pipeline.tick(Task.MAP)
+    robot.body.feels = {}
+
+
+def turned(robot):
+    """The way around of a robot that only turns [rad]."""
+    assert {twist.linear for twist in robot.body.driven} <= {0.0}
+    return sum(abs(twist.angular) for twist in robot.body.driven) * PERIOD
+
+
+def test_a_lost_robot_turns_once_for_each_task_to_find_its_place(pipeline_on):
+    robot = ScriptedRun(pipeline_on, {0: find_place, 150: find_place}, last=300)
+    carry(robot)
+    first, second = robot.run()
+    assert "lost, looking around" in {step.activity for step in robot.steps}
+    for task in (first, second):
+        assert task.outcome is Outcome.GAVE_UP and "recognises nothing" in task.reason
+    assert 2 * 6.2 < turned(robot) < 2 * 7.5
+
+
+def test_stop_ends_the_turn_of_a_lost_robot(pipeline_on):
+    script = {0: find_place, 8: lambda session: session.stop("ann")}
+    robot = ScriptedRun(pipeline_on, script, last=40)
+    carry(robot)
+    [task] = robot.run()
+    assert task.reason == "stopped by ann" and 0.5 < turned(robot) < 3.0
+    assert robot.steps[-1].activity == "mapping" and robot.body.driven[-1] == STOP
+
+
+def test_a_robot_that_knows_its_place_does_not_turn_to_find_it(pipeline_on):
+    [task] = (robot := ScriptedRun(pipeline_on, {0: find_place}, last=20)).run()
+    assert (task.outcome, turned(robot)) == (Outcome.LOCATED, 0.0)
+
+
+@pytest.mark.parametrize("charges", [{"docked": True}, {"plugged_in": True}])
+def test_a_robot_on_a_charger_stays_there_until_it_is_asked_for_something(pipeline_on, charges):
+    robot = ScriptedRun(pipeline_on, {0: find_place}, last=20)
+    robot.body.feels = dict.fromkeys(range(100), charges)
+    [task] = robot.run()
+    assert task.outcome is Outcome.GAVE_UP and "charges" in task.reason
+    assert turned(robot) == 0.0
 
 
 def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):

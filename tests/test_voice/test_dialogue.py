@@ -15,7 +15,7 @@ from tests.helpers.served import step as standing
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
-from vizbot.core.types import BaseMode, BaseState, Feedback
+from vizbot.core.types import BaseMode, BaseState, Feedback, Tracking
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.language.command import GoTo, No, Stop, Yes
 from vizbot.operator.language.language import load_language
@@ -425,6 +425,29 @@ def test_a_no_to_nothing_tells_what_goes_on_in_the_words_of_the_language(
     session.on_step(replace(standing(0), activity="looking closer"))
     assert answers.typed(text, "ann").said == (answer,)
     assert requests(session) == ["kitchen", Task.COME_BACK] and not session.stopped.is_set()
+
+
+@pytest.mark.parametrize(
+    ("code", "text", "idle", "looking", "doing"),
+    [("en", "where are you?", "ask me for something", "look for my place",
+      "lost, looking around, for: my place on the map"),
+     ("de", "wo bist du?", "verlange etwas", "suche meinen Ort",
+      "ich weiß nicht, wo ich bin, und sehe mich um, für: mein Ort auf der Karte")],
+)  # fmt: skip
+def test_a_lost_robot_says_that_it_looks_for_its_place_only_while_it_does(
+    session, code, text, idle, looking, doing
+):
+    answers = dialogue.Dialogue(session, LiveMap(session), language=load_language(code))
+    lost = replace(standing(0).estimate, tracking=Tracking.LOST)
+    session.on_step(replace(standing(0), estimate=lost, activity="lost, looking around"))
+    assert idle in answers.typed(text, "ann").said[0]
+    session.ask([Task.FIND_PLACE])
+    assert looking in answers.typed(text, "ann").said[0]
+    assert idle not in answers.typed(text, "ann").said[0]
+    what = {"en": "what are you doing?", "de": "was machst du?"}[code]
+    assert answers.typed(what, "ann").said == (doing,)
+    session.stop("ann")
+    assert idle in answers.typed(text, "ann").said[0]
 
 
 def test_a_no_to_nothing_while_nothing_runs_sets_nothing_off(session):

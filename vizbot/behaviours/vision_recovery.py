@@ -9,7 +9,7 @@ from vizbot.objectnav.tasks import Decision
 
 
 class VisionRecovery:
-    """Turns once on the spot, and gives up if that does not help."""
+    """Turns once on the spot for each task, and gives up if that does not help."""
 
     def __init__(self, depth_patience: float, turn_rate: float) -> None:
         """Begin with a camera that sees.
@@ -53,5 +53,6 @@ class VisionRecovery:
     def _turn_to_recognise(self, T_map_base: SE3) -> Decision:
         if (turn := self._turn_when_lost.twist(T_map_base)) is not None:
             return Decision(turn, "lost, looking around")
-        reason = "the robot was carried to where it has not been; put it where it has been"
+        self._turn_when_lost = LookAround(self._turn_rate)
+        reason = "the robot recognises nothing around it; put it where it has been"
         return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, reason))

@@ -102,7 +102,7 @@ def _serve(
     if not drives:
         _look_up_all(opened.pipeline, goals)
         return opened.pipeline.steps > 0
-    good = (Outcome.ARRIVED, Outcome.EXPLORED)
+    good = (Outcome.ARRIVED, Outcome.EXPLORED, Outcome.LOCATED)
     return all(task.outcome in good for task in served.session.queue.tasks())
 
 

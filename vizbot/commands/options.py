@@ -85,8 +85,8 @@ class RunOptions:
         Path | None,
         typer.Option(
             "--map",
-            help="Begin in this saved map (a folder, a run's, or its name); the robot turns until"
-            " it knows where it is.",
+            help="Begin in this saved map (a folder, a run's, or its name); the robot turns on the"
+            " spot until it knows where it is.",
         ),
     ] = None
     clip: ClipOption = None

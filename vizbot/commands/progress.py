@@ -49,7 +49,7 @@ class Progress:
             return
         if not step.goal:
             keyframe = step.estimate.keyframe
-            self._show(f"frame {step.index:4d}  keyframe {keyframe}{_seen(step)}")
+            self._show(f"frame {step.index:4d}  keyframe {keyframe}  {step.activity}{_seen(step)}")
             return
         measure = step.measure
         score = "-" if step.shown_score is None else measure.text(step.shown_score)

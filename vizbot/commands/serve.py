@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from vizbot.config import ObjectNavConfig
 from vizbot.core.devices import Devices
 from vizbot.core.interrupts import is_interrupt
+from vizbot.objectnav.tasks import Task
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
@@ -64,7 +65,8 @@ class ServedRun:
         Args:
             pipeline: Does the work, on these devices, with the session among its observers.
             service: Address and speech recogniser.
-            requests: Tasks that are queued from the start.
+            requests: Tasks that are queued from the start. Without any, a robot with a base that
+                begins in a saved map finds its place in it first.
             config: Says when to give up.
 
         Raises:
@@ -79,6 +81,13 @@ class ServedRun:
             if server.token is not None:
                 shown = server.token if server.token_is_new else f"as kept in {token_path()}"
                 echo(f"token: {shown}", err=True)
+            if not requests and self.base is not None and pipeline.map.saved is not None:
+                requests = [Task.FIND_PLACE]
+                echo(
+                    "the robot turns on the spot until it knows where it is in the saved map;"
+                    " STOP ends that",
+                    err=True,
+                )
             if requests:
                 self.session.ask(requests)
             try:

@@ -26,6 +26,7 @@ class Task(Enum):
     EXPLORE = "explore"
     COME_BACK = "come back"
     DOCK = "dock"
+    FIND_PLACE = "find its place on the map"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

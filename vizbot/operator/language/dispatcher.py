@@ -212,6 +212,8 @@ class Dispatcher:
                 return self._language.say("a_place", x=x, y=y)
             case ShortMove():
                 return self._language.grammar.text(Move((task.request,)))
+            case Task.FIND_PLACE:
+                return self._language.say("own_place")
         return self._language.grammar.text(_COMMANDS[task.request])
 
     def _about(self, topic: Topic) -> str:
@@ -240,7 +242,9 @@ class Dispatcher:
         if step is None:
             return self._language.say("place_unknown")
         if step.estimate.tracking is Tracking.LOST:
-            return self._language.say("place_lost")
+            waits = self._session.stopped.is_set() or self._session.lease.holder is not None
+            looks = bool(self._to_do()) and not waits
+            return self._language.say("place_lost" if looks else "place_lost_idle")
         x, y = map(float, step.T_map_base[:2, 3])
         place = self._language.say("place", distance=hypot(x, y), x=x, y=y)
         room = next((name for name in self._live_map.in_view() if name in ROOMS), None)

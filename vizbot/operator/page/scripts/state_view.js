@@ -77,6 +77,7 @@ const TRACKING = {
   lost: "no, it is lost",
   relocalised: "yes, again",
 };
+const LOST = "It does not know where it is on the map: asked for something, it looks for its place first.";
 
 /**
  * @param {State} state
@@ -113,14 +114,15 @@ function handText(wheel) {
  * @param {State} state
  * @param {boolean} driving
  */
-function detail({ stopped, wheel, goals, goal, activity, why, distance_to_go: toGo }, driving) {
+function detail({ stopped, wheel, goals, goal, activity, tracking, why, distance_to_go: toGo }, driving) {
   const running = goals.some((task) => task.outcome === null);
+  const lost = tracking === "lost" ? ` ${LOST}` : "";
   if (stopped && running) return "It rests until somebody has it go on, or drives.";
-  if (stopped) return "It rests until somebody asks for something or drives.";
+  if (stopped) return `It rests until somebody asks for something or drives.${lost}`;
   if (driving || wheel !== null) {
     return running ? "What it was asked for waits until the wheel is given back." : "";
   }
-  if (!running) return "Nothing is asked for.";
+  if (!running) return `Nothing is asked for.${lost}`;
   const distance = toGo == null ? [] : [`${toGo.toFixed(1)} m to go`];
   const doing = capitalised([...(goal ? [plainWords(activity)] : []), ...distance].join(", "));
   return why ? `${doing}. ${capitalised(plainWords(why))}.` : doing;

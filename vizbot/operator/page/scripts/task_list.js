@@ -14,6 +14,7 @@ import { getOwnName, plainWords, withPeople } from "./words.js";
 /** @type {Record<string, string>} Of what is no search. */
 const OUTCOMES = {
   arrived: "Arrived",
+  located: "Done",
   explored: "Has seen all there is",
   gave_up: "Not done",
 };

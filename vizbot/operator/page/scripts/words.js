@@ -6,6 +6,7 @@
 /** @type {Record<string, string>} Plainer words for some activities. */
 const ACTIVITIES = {
   mapping: "mapping what it sees",
+  "lost, looking around": "turning to find its place on the map",
   "standing still, to learn the gyroscope's bias": "standing still, to get its bearings",
 };
 
