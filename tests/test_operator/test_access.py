@@ -4,10 +4,12 @@ import asyncio
 import socket
 import stat
 
+import httpx
 import pytest
 
 from vizbot.core.errors import ConfigError
-from vizbot.operator.api.auth import Guard, store_token, stored_token
+from vizbot.operator.api.auth import Guard, store_token, stored_token, token_path
+from vizbot.operator.api.listener import reached_host
 from vizbot.operator.api.proof import Credentials
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
@@ -64,9 +66,9 @@ def test_beyond_this_machine_the_token_is_asked_for_but_not_to_stop():
 def test_the_token_is_made_once_and_is_for_its_owner_alone(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     with Server(OperatorSession(), Service(host="0.0.0.0", port=0)) as first:
-        assert first.token_is_new
+        assert token_path().read_text().strip() == first.token
     with Server(OperatorSession(), Service(host="0.0.0.0", port=0)) as again:
-        assert (again.token, again.token_is_new) == (first.token, False)
+        assert again.token == first.token
     mode = (tmp_path / "vizbot/token").stat().st_mode
     assert stat.S_IMODE(mode) == 0o600
 
@@ -82,8 +84,39 @@ def test_a_launch_that_fails_on_its_port_or_certificate_leaves_no_token_unseen(
         for service in failing:
             with pytest.raises(ConfigError):
                 Server(OperatorSession(), Service(**({"host": "0.0.0.0", "port": 0} | service)))
+    assert not token_path().exists()
+
+
+def test_the_address_that_is_shown_opens_with_the_token_in_it(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     with Server(OperatorSession(), Service(host="0.0.0.0", port=0)) as server:
-        assert server.token_is_new
+        shown = httpx.URL(server.console_url)
+        assert shown.params["token"] == server.token and shown.host != "0.0.0.0"
+        assert httpx.get(shown).headers["content-type"].startswith("text/html")
+        assert httpx.get(shown.copy_with(path="/state")).status_code == 200
+        wrong = httpx.get(shown.copy_with(path="/state"), params={"token": "wrong"})
+        assert wrong.json()["detail"].startswith("that is not this robot's token")
+        none = httpx.get(shown.copy_with(path="/state", query=None))
+        assert none.json()["detail"].startswith("give the robot's token")
+    with Server(OperatorSession(), Service(port=0)) as here:
+        assert here.console_url == here.url
+
+
+@pytest.mark.parametrize("host", ["0.0.0.0", "::"])
+def test_all_addresses_are_reached_at_one_of_this_computers(host):
+    reached = reached_host(host)
+    if reached != socket.gethostname():
+        with socket.socket(socket.AF_INET6 if ":" in reached else socket.AF_INET) as own:
+            own.bind((reached, 0))  # no other address can be bound
+    assert reached_host("192.0.2.7") == "192.0.2.7" and reached_host("robot") == "robot"
+
+
+def test_a_computer_without_a_network_is_reached_by_its_name(monkeypatch):
+    def unreachable(probe, address):
+        raise OSError("Network is unreachable")
+
+    monkeypatch.setattr(socket.socket, "connect", unreachable)
+    assert reached_host("0.0.0.0") == socket.gethostname()
 
 
 def test_a_token_that_cannot_be_kept_is_one_line(tmp_path, monkeypatch):

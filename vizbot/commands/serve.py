@@ -10,7 +10,6 @@ from vizbot.config import ObjectNavConfig
 from vizbot.core.devices import Devices
 from vizbot.core.interrupts import is_interrupt
 from vizbot.objectnav.tasks import Task
-from vizbot.operator.api.auth import token_path
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.printing import echo
@@ -74,13 +73,11 @@ class ServedRun:
         """
         with log_warnings(self.session), Server(self.session, service) as server:
             echo(
-                f"serving at {server.url} (open it in a browser; for programs: /openapi.json)",
+                f"serving at {server.console_url}"
+                " (open it in a browser; for programs: /openapi.json)",
                 err=True,
             )
-            log.info("serving at %s", server.url)
-            if server.token is not None:
-                shown = server.token if server.token_is_new else f"as kept in {token_path()}"
-                echo(f"token: {shown}", err=True)
+            log.info("serving at %s", server.url)  # without the token: people send logs around
             if not requests and self.base is not None and pipeline.map.saved is not None:
                 requests = [Task.FIND_PLACE]
                 echo(

@@ -179,9 +179,11 @@ class Guard:
             return None
         if not self._count_request(scope):
             return 429, "too many requests; ask less often"
-        needed = self._credentials.demanded and not page and scope["path"] != PROOF_PATH
-        if needed and not self._knows(scope, headers):
-            return 401, "give the robot's token, which launch shows"
+        if self._credentials.demanded and not page and scope["path"] != PROOF_PATH:
+            given = _given(scope, headers)
+            if not any(self._credentials.admit(token) for token in given):
+                wrong = "that is not this robot's token; " if given else ""
+                return 401, f"{wrong}give the robot's token, which launch shows"
         try:
             too_large = int(headers.get("content-length", "0")) > _limit(scope)
         except ValueError:
@@ -197,13 +199,15 @@ class Guard:
             self._buckets.popitem(last=False)
         return bucket.take(now)
 
-    def _knows(self, scope: Scope, headers: dict[str, str]) -> bool:
-        given = [headers.get("authorization", "").removeprefix("Bearer ")]
-        given += parse_qs(scope["query_string"].decode("latin-1")).get("token", [])
-        for cookie in headers.get("cookie", "").split(";"):
-            name, _, value = cookie.strip().partition("=")
-            given += [unquote(value)] if name == "token" else []
-        return any(self._credentials.admit(one) for one in given)
+
+def _given(scope: Scope, headers: dict[str, str]) -> list[str]:
+    """What a request gives as a token."""
+    given = [headers.get("authorization", "").removeprefix("Bearer ")]
+    given += parse_qs(scope["query_string"].decode("latin-1")).get("token", [])
+    for cookie in headers.get("cookie", "").split(";"):
+        name, _, value = cookie.strip().partition("=")
+        given += [unquote(value)] if name == "token" else []
+    return [each for each in given if each]
 
 
 def _limit(scope: Scope) -> int:

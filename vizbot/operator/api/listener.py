@@ -5,6 +5,7 @@ Nothing heavy is imported, so that what cannot be served is refused at once.
 
 from __future__ import annotations
 
+import ipaddress
 import socket
 import ssl
 
@@ -13,6 +14,8 @@ from vizbot.operator.api.connections.acceptor import QUEUE
 from vizbot.operator.api.origin import is_loopback
 from vizbot.operator.client.endpoint import SPEECH, Service
 
+_FAR_AWAY = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}
+"""Addresses of documentation, which no computer has."""
 _PAIR = "give a certificate and its key as PEM"
 
 
@@ -79,3 +82,23 @@ def open_listener(service: Service) -> socket.socket:
         raise ConfigError(
             f"cannot serve at {host}:{port}: {reason}; give another --port or --host"
         ) from error
+
+
+def reached_host(host: str) -> str:
+    """The address or name by which other computers reach a server that listens on `host`.
+
+    Where that is every address of this computer, it is the one that it has in its network, or its
+    name where it is in none. Nothing is sent.
+    """
+    try:
+        if not ipaddress.ip_address(host).is_unspecified:
+            return host
+    except ValueError:  # a name
+        return host
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_DGRAM) as probe:
+            probe.connect((_FAR_AWAY[family], 9))  # chooses its own address for the way there
+            return str(probe.getsockname()[0])
+    except OSError:  # there is no way there
+        return socket.gethostname()

@@ -24,7 +24,7 @@ from vizbot.operator.api.connections.bounded_http import LONGEST_LINE, BoundedHt
 from vizbot.operator.api.connections.bounded_websocket import BoundedWebSocket
 from vizbot.operator.api.connections.connection_limits import BoundedListener
 from vizbot.operator.api.image_stream import Pictures
-from vizbot.operator.api.listener import open_listener, require_certificate
+from vizbot.operator.api.listener import open_listener, reached_host, require_certificate
 from vizbot.operator.api.origin import is_loopback
 from vizbot.operator.api.proof import Credentials
 from vizbot.operator.client.endpoint import Service
@@ -55,9 +55,10 @@ class Server:
     """Serves the API until it is closed.
 
     Attributes:
-        url: The address of the console.
+        url: The address at which it listens.
+        console_url: What a browser opens to see the console, with the token: where it listens at
+            all addresses, one that other computers of the network reach.
         token: The token that clients must give; None where only this machine reaches the robot.
-        token_is_new: Whether the token has never been shown.
     """
 
     def __init__(self, session: OperatorSession, service: Service) -> None:
@@ -67,13 +68,18 @@ class Server:
             ConfigError: the port, the certificate or the token cannot be used.
         """
         require_certificate(service)
-        self.token, self.token_is_new = None, False
+        self.token: str | None = None
+        is_new = False
         if not is_loopback(service.host):
-            self.token, self.token_is_new = own_token()
+            self.token, is_new = own_token()
         with ExitStack() as cleanup:
             listener = cleanup.enter_context(open_listener(service))
             listener.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _RECEIVE_BUFFER)
-            self.url = _url(service, listener.getsockname()[1])
+            port = listener.getsockname()[1]
+            self.url = _url(service, service.host, port)
+            self.console_url = _url(service, reached_host(service.host), port)
+            if self.token is not None:
+                self.console_url += f"/?token={self.token}"
             live_map = LiveMap(session)
             cleanup.callback(live_map.close)
             language = load_language(service.language)
@@ -84,7 +90,7 @@ class Server:
                 cleanup.enter_context(_Answering(Guard(each, credentials), service))
                 for each in (build_stop_app(session), app)
             ]
-            if self.token is not None and self.token_is_new:
+            if self.token is not None and is_new:
                 store_token(self.token)  # now it will be shown
             for each in answering:
                 each.start()
@@ -201,7 +207,7 @@ class _Acceptor:
         self.close()
 
 
-def _url(service: Service, port: int) -> str:
+def _url(service: Service, host: str, port: int) -> str:
     scheme = "http" if service.certificate is None else "https"
-    host = f"[{service.host}]" if ":" in service.host else service.host
+    host = f"[{host}]" if ":" in host else host
     return f"{scheme}://{host}:{port}"
