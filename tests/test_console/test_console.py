@@ -1,6 +1,7 @@
 """The console in a real browser, on a robot without a world."""
 
 import re
+from contextlib import closing
 
 import httpx
 import numpy as np
@@ -321,6 +322,53 @@ def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_pat
         page.locator("#link.live").wait_for()
         page.locator("#token-form").wait_for(state="hidden")
         assert page.complaints == []
+
+
+def test_a_wrong_token_is_called_wrong_and_nothing_is_told_of_what_was_never_shown(
+    open_page, robot, tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+    with Server(robot.session, Service(host="0.0.0.0", port=0)) as server:
+        url = server.url.replace("0.0.0.0", "127.0.0.1")
+        page = open_page(url)
+        refused, shown = page.locator("#token-refused"), page.locator("figure.shown img").first
+        says(page, "#link", "locked")
+        assert refused.inner_text() == "" and not shown.is_visible()
+        assert page.locator("#activity").inner_text() == "It wants its token"
+        assert page.locator("#detail").inner_text() == ""
+        for _ in range(2):  # it is said again
+            page.get_by_label("This robot answers only").fill("wrong")
+            page.get_by_role("button", name="Use it").click()
+            assert refused.inner_text() == ""
+            says(page, "#token-refused", "That is not this robot's token.")
+        page = open_page(f"{url}/?token=wrong")
+        says(page, "#token-refused", "That is not this robot's token.")
+        page.get_by_label("This robot answers only").fill(server.token)
+        page.get_by_role("button", name="Use it").click()
+        page.locator("#link.live").wait_for()
+        page.locator("#token-form").wait_for(state="hidden")
+        page.locator("figure.shown img").first.wait_for(state="visible")
+        assert page.complaints == []
+
+
+def test_the_page_tells_a_program_that_has_ended_from_a_link_that_is_lost(open_page, robot):
+    with Server(robot.session, Service(port=0)) as server, closing(Line(port_of(server))) as line:
+        cut, watching = open_page(line.url), open_page(server.url)
+        for page in (cut, watching):
+            page.locator("#link.live").wait_for()
+        line.cut()
+        says(cut, "#alarm", "as long as its program runs")
+    says(watching, "#alarm", "The robot's program has ended")
+    says(watching, "#link", "ended")
+    watching.wait_for_timeout(3500)  # it tries again meanwhile
+    assert "lost" not in watching.locator("#alarm").inner_text()
+    with Server(robot.session, Service(port=port_of(server))):
+        watching.locator("#link.live").wait_for()
+        watching.locator("#alarm").wait_for(state="hidden")
+
+
+def port_of(server):
+    return int(server.url.rsplit(":", 1)[1])
 
 
 GAMEPAD = """

@@ -69,6 +69,35 @@ def test_what_others_have_said_is_seen_and_the_next_arrival_is_asked_about_anew(
     until(page, page.locator("#arrival-picture").is_visible)
 
 
+def test_no_broken_picture_is_shown_where_a_request_fails(open_page, server, robot):
+    page = open_page("about:blank")
+    page.route("**/*.jpg*", lambda route: route.abort())
+    page.goto(server.url)
+    page.locator("#link.live").wait_for()
+    robot.arrive("yellow chair", chair())
+    says(page, "#arrival-question", "Is this it?")
+    page.locator("#arrival-picture").wait_for(state="hidden")
+    assert not page.locator("#arrival-missing").is_visible()
+    page.get_by_label("Keep this map as").fill("home")
+    page.keyboard.press("Enter")
+    says(page, "#maps b", "home")
+    page.locator("#maps img:not([src])").wait_for(state="attached")
+    assert not page.locator("#maps img").is_visible()
+    assert page.complaints == []
+
+
+def test_a_place_of_the_saved_map_is_asked_about_without_a_picture(page, robot):
+    robot.session._why_no_picture = lambda places: "no picture: so it is"
+    robot.arrive("yellow chair")
+    says(page, "#arrival-missing", "No picture: so it is.")
+    assert not page.locator("#arrival-picture").is_visible()
+    robot.session._why_no_picture = lambda places: "no picture: so it is, too"
+    robot.approach((3.0, 2.5))
+    robot.session.ask(["yellow chair"])
+    says(page, "#candidate-missing", "No picture: so it is, too.")
+    assert not page.locator("#candidate-picture").is_visible()
+
+
 def test_why_a_no_is_refused_is_told_and_can_be_said_again(page, robot):
     def fail():
         raise ConfigError("it cannot learn")

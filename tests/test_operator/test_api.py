@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 
 from tests.helpers.served import arrived, jobs_done, step, wait_for, websocket_url
 from vizbot.core.errors import ConfigError
-from vizbot.core.observer import Outcome
+from vizbot.core.observer import Candidate, GoalReport, Outcome
 from vizbot.core.types import Feedback, Twist
 from vizbot.objectnav.tasks import Waypoint
 from vizbot.operator.api.auth import MAX_BODY
@@ -371,7 +371,20 @@ def test_an_arrival_is_told_in_the_state_with_its_picture_until_another_search(h
     assert http.get("/state").json()["arrival"] is None
     arrived(session, picture=None)
     assert http.get("/state").json()["arrival"]["has_picture"] is False
-    assert http.get("/pictures/arrival.jpg").status_code == 404
+    missing = http.get("/pictures/arrival.jpg")
+    assert missing.status_code == 404
+    assert missing.json()["detail"] == "no picture of this place was kept"
+
+
+def test_a_place_of_the_saved_map_has_no_picture_and_it_is_said_why(http, session, looping):
+    session.on_step(replace(step(7), frame_number=40, candidate_xy=np.array([2.0, 1.0])))
+    told = "no picture: the robot knows this place from the saved map"
+    assert http.get("/candidates/7/picture.jpg").json()["detail"] == told
+    session.ask(["sofa"])
+    session.queue.current()
+    place = Candidate(np.zeros(3), 0.9, 39, np.array([0, 0, 9, 9], np.int32))
+    session.on_goal(GoalReport("sofa", Outcome.ARRIVED, "sure", (place,)))
+    assert http.get("/pictures/arrival.jpg").json()["detail"] == told
     session.leave_map()
     assert http.get("/state").json()["arrival"] is None
 
@@ -427,13 +440,16 @@ def test_the_picture_of_what_the_robot_goes_up_to_is_made_when_somebody_looks(
     http, session, looping
 ):
     session.picture_of_place = lambda place: b"\xff\xd8 " + str(place.score).encode()
+    session.on_step(step(0))
     session.on_step(replace(step(7), candidate_xy=np.array([2.0, 1.0])))
     picture = http.get("/candidates/7/picture.jpg")
     assert picture.content == b"\xff\xd8 0.34" and picture.headers["cache-control"] == "no-store"
     assert http.get("/candidates/6/picture.jpg").status_code == 404
     assert http.get("/candidates/it/picture.jpg").status_code == 422
     session.picture_of_place = lambda place: None
-    assert http.get("/candidates/7/picture.jpg").status_code == 404
+    missing = http.get("/candidates/7/picture.jpg")
+    assert missing.status_code == 404
+    assert missing.json()["detail"] == "no picture of this place was kept"
     session.leave_map()
     assert http.get("/state").json()["candidate"] is None
 

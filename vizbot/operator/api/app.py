@@ -155,8 +155,10 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
     def arrival_picture() -> Response:
         """Read the picture of what the robot has arrived at last, with a box around it."""
         arrival = session.arrival
-        if arrival is None or arrival.picture is None:
-            raise HTTPException(404, "there is no picture of an arrival; the state tells of one")
+        if arrival is None:
+            raise HTTPException(404, "the robot has not arrived, or does something else by now")
+        if arrival.picture is None:
+            raise HTTPException(404, arrival.no_picture)
         return picture_answer(arrival.picture)
 
     @router.get(
@@ -170,11 +172,11 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
     )
     def candidate_picture(number: int) -> Response:
         """Read the picture of what the robot goes up to, with a box around it."""
-        with http_errors():
-            picture = session.candidate_picture(number)
-        if picture is None:
-            raise HTTPException(404, "the robot has turned to something else, or kept no picture")
-        return picture_answer(picture)
+        try:
+            with http_errors():
+                return picture_answer(session.candidate_picture(number))
+        except LookupError as error:
+            raise HTTPException(404, str(error)) from error
 
     @router.get(
         "/pictures/{name}.jpg",

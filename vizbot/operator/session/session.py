@@ -73,6 +73,7 @@ class OperatorSession:
         self._goes_on = False
         self._step: Step | None = None
         self._scored: Step | None = None
+        self._first_frame = 0
         self._track = Track(spacing=_SPACING)
         self._rate = StepRate()
         self._activity = ""
@@ -191,24 +192,34 @@ class OperatorSession:
 
         self.jobs.wait_for(judge)
 
-    def candidate_picture(self, number: int) -> bytes | None:
-        """JPEG of what the robot goes up to, with a box around it; None where there is none.
+    def candidate_picture(self, number: int) -> bytes:
+        """JPEG of what the robot goes up to, with a box around it.
 
         Waits for the robot's loop.
 
         Raises:
+            LookupError: the robot has turned to something else, or kept no picture; it says why.
             ConfigError: too much is asked at once.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
 
-        def draw(pipeline: Pipeline) -> bytes | None:
-            candidate = self.candidate
-            if candidate is None or candidate.number != number:
-                return None
-            place = pipeline.candidate(candidate.place_xy)
-            return None if place is None else self.picture_of_place(place)
+        def draw(pipeline: Pipeline) -> bytes:
+            candidate, place = self.candidate, None
+            if candidate is not None and candidate.number == number:
+                place = pipeline.candidate(candidate.place_xy)
+            if place is None:
+                raise LookupError("the robot has turned to something else by now")
+            if (picture := self.picture_of_place(place)) is None:
+                raise LookupError(self._why_no_picture([place]))
+            return picture
 
         return self.jobs.wait_for(draw)
+
+    def _why_no_picture(self, places: Sequence[Candidate]) -> str:
+        """Why there is no picture of the best of these places."""
+        if places and places[0].frame < self._first_frame:
+            return "no picture: the robot knows this place from the saved map"
+        return "no picture of this place was kept"
 
     def _search_on(self, arrival: Arrival, pipeline: Pipeline, stops: int) -> list[QueuedTask]:
         """Refute an arrival and queue the search for the same words."""
@@ -349,6 +360,8 @@ class OperatorSession:
         """Keep the newest step, where the base was and when."""
         now = self._now()
         with self._lock:
+            if self._step is None:
+                self._first_frame = step.frame_number
             self._step = step
             if step.scores is not None:
                 self._scored = step
@@ -365,7 +378,9 @@ class OperatorSession:
         """End the task that asked for this goal; an arrival is kept for people to judge."""
         task = self.queue.report(report)
         if task is not None and report.outcome is Outcome.ARRIVED:
-            self.arrival = Arrival(task.number, report, self.picture_of(report))
+            picture = self.picture_of(report)
+            why_not = "" if picture else self._why_no_picture(report.candidates)
+            self.arrival = Arrival(task.number, report, picture, why_not)
         self.log.write("ended", f"{report.headline}: {report.reason}", report.outcome)
 
     def newest_step(self) -> Step | None:

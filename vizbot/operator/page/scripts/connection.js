@@ -3,7 +3,7 @@
  * The connection to the robot: its token, STOP, and the WebSocket that shows its state.
  *
  * @typedef {import("./state_view.js").State} State
- * @typedef {"live" | "lost" | "locked" | "crowded"} Link
+ * @typedef {"live" | "lost" | "ended" | "locked" | "refused" | "crowded"} Link
  */
 
 import { setAlarm } from "./dom.js";
@@ -17,6 +17,8 @@ export const LOST_AFTER = 2500;
 const RECONNECT_AFTER = 700;
 /** The code with which the robot closes a WebSocket when too many watch already. */
 const TRY_AGAIN_LATER = 1013;
+/** The code with which it closes them when its program ends in order. */
+const SERVICE_RESTART = 1012;
 /** Between two tries to send a stop [ms]. */
 const STOP_EVERY = 500;
 /** Stored by the browser for this tab, so that a page that is reloaded still sends the stop. */
@@ -42,6 +44,10 @@ export function socketAddress(path, query) {
 export function storeToken(token) {
   const secure = location.protocol === "https:" ? "; Secure" : "";
   document.cookie = `token=${encodeURIComponent(token)}; Path=/; SameSite=Strict${secure}`;
+}
+
+function storedToken() {
+  return /(?:^|; )token=([^;]+)/.exec(document.cookie)?.[1] ?? null;
 }
 
 /** Moves `?token=` out of the address, where people would see it and bookmark it. */
@@ -116,7 +122,7 @@ export function createStop(who) {
  * @param {(name: string, jpeg: Blob) => void} watcher.onPicture
  * @param {(link: Link) => void} watcher.onLink
  * @param {() => string[]} watcher.wanted Names of the pictures to be sent.
- * @returns {{open: () => void}}
+ * @returns {{open: () => void, retry: () => void}}
  */
 export function createLiveLink({ onState, onPicture, onLink, wanted }) {
   /** @type {WebSocket | null} */
@@ -132,6 +138,18 @@ export function createLiveLink({ onState, onPicture, onLink, wanted }) {
     link = newLink;
   }
 
+  /** Whoever knows that the program has ended need not be told that nobody answers. */
+  function setLost() {
+    if (link !== "ended") setLink("lost");
+  }
+
+  /** Asks anew, also where the answer may be the same as before. */
+  function retry() {
+    link = null;
+    receivedAt = performance.now();
+    open();
+  }
+
   function open() {
     const opened = performance.now();
     openedAt = opened;
@@ -142,13 +160,16 @@ export function createLiveLink({ onState, onPicture, onLink, wanted }) {
     socket.onmessage = receive;
     socket.onclose = ({ code }) => {
       socket = null;
-      if (code === TRY_AGAIN_LATER) {
-        setLink("crowded");
+      if (code === TRY_AGAIN_LATER || code === SERVICE_RESTART) {
+        setLink(code === TRY_AGAIN_LATER ? "crowded" : "ended");
         return;
       }
-      needsToken().then((needed) => {
-        const outdated = opened !== openedAt && link === "live";
-        if (!outdated) setLink(needed ? "locked" : "lost");
+      const token = storedToken();
+      isLocked().then((locked) => {
+        const outdated = (opened !== openedAt && link === "live") || token !== storedToken();
+        if (outdated) return;
+        if (locked) setLink(token === null ? "locked" : "refused");
+        else setLost();
       });
     };
   }
@@ -169,11 +190,11 @@ export function createLiveLink({ onState, onPicture, onLink, wanted }) {
   setInterval(() => {
     const now = performance.now();
     const silent = now - receivedAt > LOST_AFTER;
-    if (silent && link !== "locked" && link !== "crowded") setLink("lost");
+    if (silent && (link === "live" || link === null)) setLink("lost");
     const hopeless = silent && now - openedAt > LOST_AFTER;
     if (hopeless || (socket === null && now - openedAt > RECONNECT_AFTER)) open();
   }, 250);
-  return { open };
+  return { open, retry };
 }
 
 /**
@@ -188,8 +209,8 @@ export function disconnect(socket) {
   socket.close();
 }
 
-/** Asks whether a token is missing: a refused WebSocket gives no reason. */
-async function needsToken() {
+/** Asks whether the robot wants another token: a refused WebSocket gives no reason. */
+async function isLocked() {
   try {
     return (await fetch("/state", { signal: AbortSignal.timeout(3000) })).status === 401;
   } catch {

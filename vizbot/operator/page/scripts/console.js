@@ -7,7 +7,7 @@
 
 import { createGoalForm } from "./goal_form.js";
 import { createChoice, createPictureChoice } from "./button_rows.js";
-import { byId, field, setText } from "./dom.js";
+import { byId, field, hideBrokenImages, setText } from "./dom.js";
 import { createDriveInput, createStick, KEYS } from "./drive_input.js";
 import { createLiveLink, createStop, storeToken, moveTokenOutOfAddress } from "./connection.js";
 import { createMap } from "./map/view.js";
@@ -27,11 +27,14 @@ import { makeUnnamed, setOwnName } from "./words.js";
 
 const TALK_KEY = "KeyT";
 
-function listenToToken() {
+/** @param {() => void} retry */
+function listenToToken(retry) {
   byId("token-form").addEventListener("submit", (event) => {
     event.preventDefault();
     storeToken(field("token").value.trim());
     field("token").value = "";
+    setText(byId("token-refused"), "");
+    retry();
   });
 }
 
@@ -147,6 +150,7 @@ function listenToLeaving(lease, talk) {
 }
 
 function start() {
+  hideBrokenImages();
   moveTokenOutOfAddress();
   watchViewport();
   const who = createName();
@@ -204,7 +208,7 @@ function start() {
     showDriving(state, lease.isHeld(), state.wheel === null ? endReason : "");
   }
 
-  /** @type {{open: () => void} | null} */
+  /** @type {ReturnType<typeof createLiveLink> | null} */
   let live = null;
   const pictures = createPictureChoice(() => live?.open());
   const map = createMap(lease.isHeld);
@@ -247,7 +251,7 @@ function start() {
     if (lease.isHeld()) lease.giveBack();
     else lease.take(who(), (state?.wheel ?? null) !== null);
   });
-  listenToToken();
+  listenToToken(live.retry);
   listenToKeys(driveInput, lease, talk, stop);
   listenToLeaving(lease, talk);
   live.open();

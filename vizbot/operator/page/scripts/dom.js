@@ -32,6 +32,24 @@ export function setText(element, text) {
 }
 
 /**
+ * @param {HTMLImageElement} image
+ * @param {Blob} picture
+ */
+export function showBlob(image, picture) {
+  const address = URL.createObjectURL(picture);
+  image.onload = image.onerror = () => URL.revokeObjectURL(address);
+  image.src = address;
+}
+
+/** Shows nothing in place of a picture that does not come, where browsers show a broken one. */
+export function hideBrokenImages() {
+  const hide = (/** @type {Event} */ { target }) => {
+    if (target instanceof HTMLImageElement) target.removeAttribute("src");
+  };
+  document.addEventListener("error", hide, { capture: true });
+}
+
+/**
  * @param {string} tag
  * @param {string} text
  * @param {string} [className]

@@ -8,6 +8,7 @@
  * @property {string | null} error Why the robot refuses; null where it does not.
  */
 
+const NOT_FOUND = 404;
 const ABORTED = "STOP was pressed";
 /** Of requests that the robot answers at once [ms]. */
 const TIMEOUT = 3000;
@@ -39,6 +40,22 @@ export async function request(method, path, content, timeout = TIMEOUT, controll
     return { status: 0, answer: null, error };
   } finally {
     clearTimeout(timer);
+  }
+}
+
+/**
+ * @param {string} path
+ * @returns {Promise<{picture: Blob | null, missing: string | null}>} Why there is no such picture;
+ *   null where there is one, or the robot has not answered.
+ */
+export async function requestPicture(path) {
+  try {
+    const response = await fetch(path, { signal: AbortSignal.timeout(STEP_TIMEOUT) });
+    if (response.ok) return { picture: await response.blob(), missing: null };
+    const missing = response.status === NOT_FOUND ? errorText(await response.json()) : null;
+    return { picture: null, missing };
+  } catch {
+    return { picture: null, missing: null };
   }
 }
 

@@ -7,7 +7,6 @@
  * @property {number} number Of the task.
  * @property {string} text
  * @property {string} headline The outcome in words.
- * @property {boolean} has_picture
  * @property {boolean | null} confirmed What somebody has said.
  *
  * @typedef {object} Candidate
@@ -20,7 +19,7 @@
  * @property {number} number The same as long as the card is of one place.
  * @property {string} headline
  * @property {string} text What was asked for.
- * @property {string | null} picture Its address.
+ * @property {string} picture Its address.
  * @property {string} said
  * @property {boolean} takesYes
  * @property {boolean} takesNo
@@ -28,8 +27,8 @@
  * @typedef {import("./http.js").PendingRequests} PendingRequests
  */
 
-import { byId, setText } from "./dom.js";
-import { STEP_TIMEOUT, refusalText } from "./http.js";
+import { byId, capitalised, setText, showBlob } from "./dom.js";
+import { STEP_TIMEOUT, refusalText, requestPicture } from "./http.js";
 
 /**
  * @param {PendingRequests} requests
@@ -45,7 +44,7 @@ export function createArrivalCard(requests, who) {
     card.show(
       arrival && {
         ...arrival,
-        picture: arrival.has_picture ? `/pictures/arrival.jpg?task=${arrival.number}` : null,
+        picture: `/pictures/arrival.jpg?task=${arrival.number}`,
         said: arrivalText(arrival),
         takesYes: arrival.confirmed === null,
         takesNo: arrival.confirmed === null,
@@ -104,15 +103,27 @@ function createCard(id, judge) {
     if (place.number !== shown) {
       shown = place.number;
       refusal = "";
-      image.hidden = place.picture === null;
-      if (place.picture !== null) image.src = place.picture;
       image.alt = `What it took for “${place.text}”, in a green box`;
+      showPicture(place);
     }
     setText(byId(`${id}-title`), place.headline);
     setText(byId(`${id}-question`), refusal || place.said);
     byId(`${id}-yes`).hidden = !place.takesYes;
     byId(`${id}-no`).hidden = !place.takesNo;
     byId(`${id}-answers`).hidden = !place.takesYes && !place.takesNo;
+  }
+
+  /** @param {Place} place */
+  async function showPicture({ number, picture: path }) {
+    image.removeAttribute("src"); // its room is kept, so that nothing moves under a finger
+    image.hidden = false;
+    byId(`${id}-missing`).hidden = true;
+    const { picture, missing } = await requestPicture(path);
+    if (number !== shown) return;
+    image.hidden = picture === null;
+    if (picture) showBlob(image, picture);
+    byId(`${id}-missing`).hidden = missing === null;
+    setText(byId(`${id}-missing`), missing === null ? "" : `${capitalised(missing)}.`);
   }
 
   /** @param {boolean} confirmed */
@@ -122,9 +133,6 @@ function createCard(id, judge) {
     byId(id).focus({ preventScroll: true }); // the buttons vanish
   }
 
-  image.addEventListener("error", () => {
-    image.hidden = true; // no picture of it was kept
-  });
   byId(`${id}-yes`).addEventListener("click", () => answer(true));
   byId(`${id}-no`).addEventListener("click", () => answer(false));
   return { show };

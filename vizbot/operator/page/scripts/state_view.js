@@ -49,7 +49,7 @@
  * @typedef {import("./connection.js").Link} Link
  */
 
-import { byId, capitalised, createElement, setAlarm, setText, updateList } from "./dom.js";
+import { byId, capitalised, createElement, setAlarm, setText, showBlob, updateList } from "./dom.js";
 import { showTasks } from "./task_list.js";
 import { getOwnName, personOf, plainWords, withPeople } from "./words.js";
 
@@ -57,6 +57,8 @@ const LOW_BATTERY = 0.15;
 /** The charge of a base that is silent is shown for so long [ms]. */
 const BATTERY_KEPT = 10000;
 let batteryAt = -BATTERY_KEPT;
+/** Whether this page has ever shown a state of the robot. */
+let hasShown = false;
 /** @type {Record<string, string>} */
 const MODES = {
   off: "off",
@@ -84,6 +86,7 @@ const LOST = "It does not know where it is on the map: asked for something, it l
  * @param {boolean} driving Whether this page drives.
  */
 export function showState(state, driving) {
+  hasShown = true;
   setText(byId("activity"), headline(state, driving));
   setText(byId("detail"), detail(state, driving));
   setText(byId("likeness"), state.likeness ? `to “${state.likeness}”: red is most alike` : "nothing is asked for");
@@ -228,16 +231,24 @@ export function showPicture(name, jpeg) {
   const image = /** @type {HTMLImageElement} */ (
     document.querySelector(`figure[data-picture="${name}"] img`)
   );
-  const address = URL.createObjectURL(jpeg);
-  image.onload = image.onerror = () => URL.revokeObjectURL(address);
-  image.src = address;
+  showBlob(image, jpeg);
 }
 
+/** @type {Record<Link, string>} */
+const LINKS = {
+  live: "live",
+  lost: "no link",
+  ended: "ended",
+  locked: "locked",
+  refused: "locked",
+  crowded: "full",
+};
 /** @type {Partial<Record<Link, string>>} What is wrong with a link. */
 const BROKEN = {
   lost:
     "The link to the robot is lost; trying again. If it was driven by hand, it has stopped and rests." +
-    " Else it goes on with what it was asked for.",
+    " Else it goes on with what it was asked for, as long as its program runs.",
+  ended: "The robot's program has ended, and does nothing more. This page goes on when it is started again.",
   crowded:
     "Too many pages watch the robot already; trying again. Close one that nobody needs." +
     " STOP works all the same.",
@@ -246,12 +257,16 @@ const BROKEN = {
 /** @param {Link} link */
 export function showLink(link) {
   byId("link").className = `link ${link}`;
-  setText(byId("link"), { live: "live", lost: "no link", locked: "locked", crowded: "full" }[link]);
-  byId("token-form").hidden = link !== "locked";
+  setText(byId("link"), LINKS[link]);
+  const locked = link === "locked" || link === "refused";
+  byId("token-form").hidden = !locked;
+  setText(byId("token-refused"), link === "refused" ? "That is not this robot's token." : "");
   document.body.classList.toggle("stale", link !== "live");
-  if (link !== "live") {
+  if (link !== "live" && hasShown) {
     setText(byId("activity"), "Out of touch");
     setText(byId("detail"), "What is shown here is how it was.");
+  } else if (link !== "live") {
+    setText(byId("activity"), locked ? "It wants its token" : "Connecting to the robot");
   }
   setAlarm("link", BROKEN[link] ?? null);
 }
