@@ -123,7 +123,7 @@ class Studio:
         for settings, name in ((PHONE, "drive"), (ACROSS, "across")):
             with self._page(settings | {"color_scheme": "dark"}) as page:
                 self._drive(page, name)
-        self._search("sofa")
+        self._search("kitchen")
         with self._page(SCREEN | {"color_scheme": "dark"}) as page:
             self._wait_for_map(page)
             self._take(page, "night")
@@ -137,6 +137,8 @@ class Studio:
         page.locator("#link.live").wait_for()
         for image in page.locator("figure img:visible").all():
             until(page, lambda shown=image: shown.evaluate("one => one.naturalWidth") >= 480)
+        if (candidate := page.locator("#candidate-picture")).is_visible():
+            until(page, lambda: candidate.evaluate("one => one.naturalWidth") > 0)
         yield page
         context.close()
 
