@@ -137,7 +137,9 @@ class Studio:
         page.locator("#link.live").wait_for()
         for image in page.locator("figure img:visible").all():
             until(page, lambda shown=image: shown.evaluate("one => one.naturalWidth") >= 480)
-        if (candidate := page.locator("#candidate-picture")).is_visible():
+        if self._robot.get("/state").json()["candidate"] is not None:
+            candidate = page.locator("#candidate-picture")
+            candidate.wait_for()
             until(page, lambda: candidate.evaluate("one => one.naturalWidth") > 0)
         yield page
         context.close()
