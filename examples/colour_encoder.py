@@ -4,12 +4,10 @@
     ../.venv/bin/vizbot dry-run "yellow chair" --clip colour_encoder:ColourEncoder --method paper
 
 What it goes to is yellow and mostly no chair, so the scorer of the simulation calls it wrong. The
-paper's method compares cosines alone; probabilities need an encoder to which the background phrases
-of `mapping.clip.phrases` mean something, which these colours do not give.
+paper's method compares cosines alone; probabilities need an encoder that knows background phrases.
 
-The class is made without arguments and keeps the Protocol `mapping.clip.encoder.ClipEncoder`; it is
-held against that before the run. A test can do the same: `broken_promise(ColourEncoder()) is None`
-(`mapping.clip.own_encoder`). Maps keep `model_id`, and are asked with the same `--clip`.
+The class is made without arguments and held against the Protocol `mapping.clip.encoder.ClipEncoder`
+first; a test can do that, too: `mapping.clip.own_encoder.broken_promise(ColourEncoder()) is None`.
 """
 
 from collections.abc import Sequence
