@@ -47,6 +47,11 @@ class Goal:
     note: str | None = None
     rivals: Sequence[NDArray[np.float32]] = ()
 
+    @property
+    def is_room(self) -> bool:
+        """Whether a room is looked for, and no thing."""
+        return len(self.rivals) > 0
+
 
 def goal_of(encoder: TextEncoder, text: str, threshold: float | None = None) -> Goal:
     """The goal for a user's words.

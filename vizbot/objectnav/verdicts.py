@@ -15,8 +15,8 @@ from vizbot.objectnav.tasks import Goal
 REFUTED = 0.05
 """Factor of the probability of a place of which somebody has said that it is not it."""
 OF_ROOM = 2.0
-"""So far around a place that is not in the room asked for no other place is in it either [m]. On
-the boards such a room was 2.6 m or more from where the robot wrongly said that it was in it."""
+"""So far around a place that is not in the room asked for no other place is in it either [m]: half
+of the width of a common room, beyond which the right one may begin."""
 
 
 class Verdicts:
@@ -57,7 +57,7 @@ class Verdicts:
         rows, columns = np.nonzero(belief.probabilities)
         places_xy, judged = belief.xy(rows, columns), belief.probabilities[rows, columns]
         if refuted:
-            apart = OF_ROOM if goal.rivals else APART
+            apart = OF_ROOM if goal.is_room else APART
             away = np.linalg.norm(places_xy[:, None] - np.array(refuted), axis=2)
             judged *= np.where(away.min(axis=1) <= apart, REFUTED, 1.0)
         if affirmed_xy is not None:
