@@ -15,10 +15,11 @@ from vizbot.bench.fast_world.minds import BeliefMind
 from vizbot.bench.fast_world.places import Places
 from vizbot.bench.fast_world.views import HEADINGS
 from vizbot.bench.fast_world.walk import FastHome, SearchRule, Walk
-from vizbot.bench.harness.bench_plan import UNATTENDED
+from vizbot.bench.harness.bench_plan import ABLATION_ROWS, UNATTENDED
 from vizbot.config import with_method
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
+from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision
 
 HOME = 1100
@@ -135,6 +136,14 @@ def test_the_papers_method_begins_without_a_turn(home):
     rules = SearchRule("default", turning), SearchRule("paper", with_method(turning, "paper"))
     turned, driven = (Walk(home, each, Episode(HOME, ("sofa",))).run() for each in rules)
     assert turned.goals[0].path_length < 0.1 < driven.goals[0].path_length
+
+
+def test_a_part_is_taken_away_from_the_search_of_its_row(home):
+    rules = {rule.name: rule for rule in bench.rules(BRIEF)}
+    assert set(ABLATION_ROWS.values()) < set(rules)
+    for name, parts in (("default", ALL_PARTS), ("without other spots", SearchParts(most_looks=1))):
+        walk = Walk(home, rules[name], Episode(HOME, ("sofa",)))
+        assert walk._mind._search._parts == parts
 
 
 def test_the_row_of_the_papers_method_is_one_of_the_rules():

@@ -38,6 +38,8 @@ class Ablation:
         return BeliefSearch(config, frontiers, self.parts)
 
 
+WHOLE = Ablation()
+"""Nothing is taken away."""
 _WEIGHTS = Path(__file__).parent
 
 ABLATIONS: Mapping[str, Ablation] = {

@@ -13,10 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
+from vizbot.bench.ablations.ablation import ABLATIONS, WHOLE
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals
 from vizbot.bench.episodes.run import encoder_of
 from vizbot.bench.fast_world.walk import FastHome, SearchRule, Walk
-from vizbot.bench.harness.bench_plan import BenchPlan, BenchResult, goals_of_homes
+from vizbot.bench.harness.bench_plan import ABLATION_ROWS, BenchPlan, BenchResult, goals_of_homes
 from vizbot.bench.harness.fingerprint import key_of_robot, key_of_settings, key_of_sources
 from vizbot.bench.harness.scores import NavigationScore, spl
 from vizbot.bench.harness.store import Store
@@ -54,13 +55,16 @@ class _Job:
 
 
 def rules(config: Config) -> tuple[SearchRule, ...]:
-    """The rows: as configured, with a part perfect, and by the paper's method."""
+    """The rows: as configured, with a part perfect, by the paper's method; without each part."""
+    without = [SearchRule(ABLATION_ROWS[part], config, ablation=ABLATIONS[part])
+               for part in ABLATIONS]  # fmt: skip
     return (
         SearchRule(DEFAULT, config),
         SearchRule("true evidence", config, true_evidence=True),
         SearchRule("perfect stop", config, perfect_stop=True),
         SearchRule("perfect veto", config, perfect_veto=True),
         SearchRule("paper", with_method(config, "paper")),
+        *without,
     )
 
 
@@ -74,11 +78,15 @@ def run_fast(plan: BenchPlan) -> BenchResult:
 
     Args:
         plan: Its homes; without them those to tune in and to report on, or two of them where it is
-            quick. Its rows; without them all.
+            quick. Its rows; without them all but those without a part of the search.
     """
     homes = plan.homes or ((*TUNING[:1], *REPORTING[:1]) if plan.quick else (*TUNING, *REPORTING))
     goals = goals_of_homes(BenchPlan(plan.config, plan.folder, plan.fingerprint, homes))
-    chosen = [rule for rule in rules(plan.config) if plan.rows is None or rule.name in plan.rows]
+    chosen = [
+        rule
+        for rule in rules(plan.config)
+        if (rule.ablation is WHOLE if plan.rows is None else rule.name in plan.rows)
+    ]
     results = {rule.name: _run_missing(rule, episodes_of(goals), plan) for rule in chosen}
     return fast_result(results)
 

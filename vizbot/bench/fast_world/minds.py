@@ -5,6 +5,7 @@ A mind keeps what was seen and says what to do next; `vizbot.bench.fast_world.wa
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -128,6 +129,7 @@ class BeliefMind:
         encoder: ClipEncoder,
         goal: Goal,
         log_odds: tuple[float, float] | None,
+        search: Callable[[Config, FrontierSearch], BeliefSearch] = BeliefSearch,
     ) -> None:
         """Begin with nothing seen.
 
@@ -136,13 +138,14 @@ class BeliefMind:
             encoder: Embeds the background phrases.
             goal: What is looked for.
             log_odds: Scale and bias of the encoder; None where they are not known.
+            search: Makes the search.
         """
         self._background = Background.embedded_by(encoder)
         self._map, self._places = ClipMap(encoder.dimension), PlaceMap()
         self._statistics = np.zeros((0, 2), np.float32)
         self._goal, self._question = goal, Query(goal.embedding, log_odds, goal.rivals)
         self._frontiers = FrontierSearch(config.frontier)
-        self._search = BeliefSearch(config, self._frontiers)
+        self._search = search(config, self._frontiers)
         self._robot_radius = config.navigator.costmap.robot_radius
         self._pending: tuple[View, SE3] | None = None
 

@@ -21,6 +21,7 @@ from nav.recovery import contact_points, edge_points
 from sim_stubs.scoring.goals import GOALS
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
+from vizbot.bench.ablations.ablation import WHOLE, Ablation
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
 from vizbot.bench.episodes.homes import open_benchmark_home, start_of
 from vizbot.bench.episodes.oracles import TrueEncoder
@@ -55,6 +56,7 @@ class SearchRule:
         true_evidence: Whether patches show what they truly show, instead of what an encoder sees.
         perfect_stop: Whether the search ends, as arrived, where it first stands where that is true.
         perfect_veto: Whether the search is told when it has not arrived and says so, and goes on.
+        ablation: What is left of the search.
     """
 
     name: str
@@ -62,6 +64,7 @@ class SearchRule:
     true_evidence: bool = False
     perfect_stop: bool = False
     perfect_veto: bool = False
+    ablation: Ablation = WHOLE
 
 
 class FastHome:
@@ -218,7 +221,8 @@ class Walk:
         config, encoder = self._config, self._home.encoder
         if config.objectnav.method == "paper":
             return PaperMind(config, encoder, self._goal)
-        return BeliefMind(config, encoder, self._goal, encoder.log_odds)
+        search = self._rule.ablation.search
+        return BeliefMind(config, encoder, self._goal, encoder.log_odds, search)
 
     def _decide(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         settings = self._config.objectnav
