@@ -1,11 +1,27 @@
 """The page of the search: rows of two searches, on the same goals and on a part of them."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import pytest
 
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from vizbot.bench.episodes.absent_things import ThingAnswer
+from vizbot.bench.episodes.episode import (
+    BelievedAnswer,
+    Episode,
+    EpisodeResult,
+    ExplorationResult,
+    GoalResult,
+    HomeGoals,
+    QueryResult,
+)
+from vizbot.bench.episodes.exploration import SCALE_SETS
 from vizbot.bench.harness.bench_plan import results_file
 from vizbot.bench.harness.store import Store
+from vizbot.bench.objectnav import overshoot
+from vizbot.bench.objectnav.retrieval import retrieval_stores
 from vizbot.bench.objectnav.search_page import search_page, spl_difference
+from vizbot.core.observer import Outcome
 
 GOALS = ("bed", "chair", "sofa", "kitchen", "window")
 HOMES = (1040, 1041)
@@ -101,6 +117,78 @@ def test_failures_and_goals_in_a_row_are_told(folder):
     assert cells(text, "home 1041, sofa")[:2] == ["3.00 m away", "sure"]
     in_a_row = text.split("## Four goals in a row")[1]
     assert cells(in_a_row, "default")[:5] == ["1", "1", "1", "1", "1"]
+
+
+def test_questions_to_maps_are_told_by_each_encoder(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    assert "## Questions to maps" not in search_page(folder, folder / "search.md")
+    for scale, right in ((None, (True, True)), ("offset", (True, False))):
+        explorations, queries = retrieval_stores(folder, scale)
+        explorations.add("a", "c0ffee", "2 cores", ExplorationResult(1040, True, "all seen", 90))
+        for scales in SCALE_SETS:
+            answers = [
+                QueryResult(1040, scales, text, True, 0.5, 0.5, (1.0, 2.0), each, False,
+                            BelievedAnswer(0.8, each))
+                for text, each in zip(("bed", "sofa"), right, strict=True)
+            ]  # fmt: skip
+            queries.add("a", "c0ffee", "2 cores", *answers)
+    text = search_page(folder, folder / "search.md")
+    by_encoder = text.split("| encoder")[1]
+    assert cells(by_encoder, "default")[:4] == ["2", "100.0", "0.0", "0.200"]
+    assert cells(by_encoder, "offset")[:4] == ["2", "50.0", "0.0", "0.300"]
+
+
+def test_what_is_not_there_is_told_by_maps_and_by_searches(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    assert "## What is not there" not in search_page(folder, folder / "search.md")
+    answers = [ThingAnswer(1040, text, "nowhere", text == "zebra", 0.7, False) for text in GOALS]
+    answers.append(ThingAnswer(1040, "zebra", "nowhere", True, 0.7, False))
+    Store(results_file(folder, "absent", "offset"), ThingAnswer).add("a", "1", "2", *answers)
+    ended = replace(driven(EPISODES[0], False).goals[0], outcome=Outcome.NOT_FOUND)
+    searched = [replace(driven(EPISODES[0], False), goals=(ended,)), driven(EPISODES[1], False)]
+    keep(folder, "by searching", "c0ffee", searched, bench="absent")
+    absent = search_page(folder, folder / "search.md").split("## What is not there")[1]
+    assert cells(absent, "by searching")[:3] == ["absent", "2", "50.0"]
+    assert ["nowhere", "6", "83.3"] in [
+        [cell.strip() for cell in line.split("|")][2:5] for line in absent.splitlines()
+    ]
+
+
+class Floor:
+    """A world that only knows where the robot was put."""
+
+    def __init__(self, *_):
+        self.x = 0.0
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exc):
+        pass
+
+    def place(self, x, y, yaw):
+        self.x = x
+
+
+def test_what_is_driven_after_a_stop_would_do_is_asked_of_the_scorer(folder, monkeypatch):
+    monkeypatch.setattr(overshoot, "open_benchmark_home", Floor)
+    verdict = SimpleNamespace
+    monkeypatch.setattr(
+        overshoot, "judge", lambda world, text, stopped: verdict(success=stopped and world.x >= 2.0)
+    )
+    monkeypatch.setattr(
+        overshoot, "in_parallel", lambda work, jobs, *_: ((j, work(j)) for j in jobs)
+    )
+    line = ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (1.0, 0.0))
+    passed = replace(driven(EPISODES[0], success=False, way=5.5), track=line)
+    never = replace(driven(EPISODES[1], way=3.0), track=line[:2])
+    keep(folder, "default", "c0ffee", [passed, never])
+    overshoot.ask(folder, ["default"])
+    kept = Store(results_file(folder, "overshoot", "default"), overshoot.Overshoot).fullest()
+    assert [(each.result.before, each.result.after) for each in kept] == [(2.0, 3.5), (None, None)]
+    text = search_page(folder, folder / "search.md")
+    driven_on = text.split("## Driven after the robot first stood")[1]
+    assert cells(driven_on, "default")[:6] == ["2", "1", "2.0", "3.5", "3.5", "1"]
 
 
 def test_distinct_models_of_goals_are_counted_where_they_are_recorded(folder):

@@ -23,6 +23,8 @@ from vizbot.bench.harness.tables import (
 )
 from vizbot.bench.objectnav import multi_goal
 from vizbot.bench.objectnav.home_tables import homes_table, models_section
+from vizbot.bench.objectnav.map_sections import map_sections
+from vizbot.bench.objectnav.overshoot import overshoot_table
 from vizbot.bench.objectnav.single_goal import DEFAULT, NAME
 
 OLD = "old"
@@ -70,7 +72,8 @@ def search_page(folder: Path, page: Path) -> str:
         parts += ["## Other encoders and methods, on a third of the goals"]
         parts += [_THIRD_NOTE, _table(rows, third), _differences(rows, third)]
     parts += _without_parts(folder.with_name(PARTS), rows[DEFAULT])
-    parts += [_in_a_row(folder), "## Failures", _failures(rows[DEFAULT])]
+    parts += [_overshoot(folder), *map_sections(folder), _in_a_row(folder)]
+    parts += ["## Failures", _failures(rows[DEFAULT])]
     parts += ["## Homes", homes_table(homes), models_section(homes)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -211,6 +214,13 @@ def _in_a_row(folder: Path) -> str:
               "95 % of the last over homes")  # fmt: skip
     title = "## Four goals in a row, each over 3 m from where the robot stands"
     return f"{title}\n\n{markdown_table(header, lines)}" if lines else ""
+
+
+def _overshoot(folder: Path) -> str:
+    """What is driven after a stop would have done; empty where it was not asked."""
+    table = overshoot_table(folder, (OLD, DEFAULT))
+    title = "## Driven after the robot first stood where a stop would have been a success"
+    return f"{title}\n\n{table}" if table else ""
 
 
 def _failures(row: Row) -> str:
