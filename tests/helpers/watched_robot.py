@@ -25,7 +25,7 @@ from vizbot.core.types import (
     Tracking,
 )
 from vizbot.objectnav import reasons
-from vizbot.objectnav.frontier_options import Option
+from vizbot.objectnav.option import Option
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.session.session import OperatorSession
 

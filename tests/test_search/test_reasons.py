@@ -5,7 +5,7 @@ import pytest
 
 from vizbot.core.geometry import planar
 from vizbot.objectnav import reasons
-from vizbot.objectnav.frontier_options import Option
+from vizbot.objectnav.option import Option
 
 
 def frontier(area, likeness, way):

@@ -9,7 +9,7 @@ import pytest
 from sim_stubs.homes.vocabulary import GROUPS, ROOMS, SYNONYMS, THINGS
 from tests.helpers.checkout import ROOT
 from vizbot.objectnav import reasons
-from vizbot.objectnav.frontier_options import Option
+from vizbot.objectnav.option import Option
 from vizbot.operator.language.command import GoTo, WhereIs, goals_of
 from vizbot.operator.language.language import ENGLISH, languages, load_language
 from vizbot.operator.language.understanding import understand

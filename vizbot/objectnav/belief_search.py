@@ -8,7 +8,7 @@ robot says that it has arrived where a place near by, seen from near, is believe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -20,47 +20,27 @@ from mapping.clip.weights import fitted_weights
 from nav.config import Reach
 from nav.costmap import Costmap, LiveCostmap
 from nav.frontier import FrontierSearch
-from nav.goal_region import fronts, sees
+from nav.goal_region import sees
 from nav.navigator import GoalPoints, Navigation, navigate
 from nav.way_field import WayField
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav import reasons
-from vizbot.objectnav.frontier_options import FrontierOptions, Option
-from vizbot.objectnav.looks import APART, RINGS, Looks
+from vizbot.objectnav.frontier_options import FrontierOptions
+from vizbot.objectnav.looks import RINGS, Looks
+from vizbot.objectnav.option import Aim, Option
+from vizbot.objectnav.place_options import REACH, PlaceOptions, fronts_of
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.objectnav.verdicts import Verdicts
 
-MOST_CANDIDATES = 8
-LEAST = 0.02
-"""Less likely places are not looked at, even when nothing else is left."""
 LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
 _ON_SPOT = 0.25
 """Distance from a spot at which the robot stands on it [m]."""
-
-
-@dataclass(slots=True, eq=False)
-class _Aim:
-    """What the robot does now.
-
-    Attributes:
-        kind: "place", "frontier", or "stop" for a place that the robot is sure of.
-        xy: (2,) where that is, in `map` [m].
-        spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
-        looking: Steps for which the robot has stood before it, facing it.
-        advantage: Of the frontier over the other ones when it was chosen, in words; else empty.
-    """
-
-    kind: str
-    xy: NDArray[np.float64]
-    spot_xy: NDArray[np.float64] | None = None
-    looking: int = 0
-    advantage: str = ""
 
 
 class BeliefSearch:
@@ -72,9 +52,6 @@ class BeliefSearch:
 
     LOOK_WAY: ClassVar = {"place": 0.5, "frontier": 2.0}
     """What looking costs once the robot is there, as a length of way [m]."""
-    REACH = Reach(distance=1.3, extent=0.6)
-    """From where a place is looked at, and has been arrived at. From nearer the camera loses what
-    lies on the floor, or hangs on a wall."""
     CLOSING = 2.0
     """Distance of a believed place that the robot goes up to before anything else [m]."""
 
@@ -91,6 +68,7 @@ class BeliefSearch:
         self._parts = parts
         self._config, self._search = config, config.objectnav.search
         self._frontiers = frontiers
+        self._places = PlaceOptions(config, parts)
         self._unseen = FrontierOptions(config, frontiers, likeness=parts.likeness)
         self._costmap = LiveCostmap(config.navigator.costmap)
         self._ways = WayField()
@@ -98,7 +76,7 @@ class BeliefSearch:
         self._verdicts = Verdicts()
         self._goal: Goal | None = None
         self._looks = Looks()
-        self._aim: _Aim | None = None
+        self._aim: Aim | None = None
         self._previous: Navigation | None = None
         self._steps = 0
         self._threshold = self._search.sure
@@ -182,7 +160,7 @@ class BeliefSearch:
         if closing is not None:
             return closing
         while options := [
-            *self._place_options(belief, costmap),
+            *self._places.options(belief, costmap, self._ways, self._looks, self._aim),
             *self._unseen.options(belief, grid, self._ways, T_map_base),
         ]:
             option = max(options, key=self._worth)
@@ -227,7 +205,7 @@ class BeliefSearch:
         places_xy, seen_from = belief.xy(rows, columns), belief.seen_from[rows, columns]
         here, resolution = T_map_base[:2, 3], costmap.grid.resolution
         near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
-        fronts_xy, known = _fronts(costmap, places_xy, seen_from, self.REACH.extent)
+        fronts_xy, known = fronts_of(costmap, places_xy, seen_from)
         probabilities = belief.probabilities[rows, columns]
         for i in np.flatnonzero(near)[np.argsort(-probabilities[near])]:
             xy = places_xy[i]
@@ -237,12 +215,12 @@ class BeliefSearch:
             if probabilities[i] < threshold:
                 continue
             side = seen_from[i] if known[i] else None
-            navigation = self._navigate(xy, self.REACH, costmap, T_map_base, side)
+            navigation = self._navigate(xy, REACH, costmap, T_map_base, side)
             if navigation is None or navigation.distance > self.CLOSING:
                 continue
             aim = self._aim
             if aim is None or not self._aims_at("stop", xy):
-                aim = self._aim = _Aim("stop", xy)
+                aim = self._aim = Aim("stop", xy)
             self._previous = navigation
             score, standing = float(probabilities[i]), navigation.arrived
             why = reasons.near_by(score, sure=True, standing=standing)
@@ -292,7 +270,7 @@ class BeliefSearch:
         if len(rows):
             places_xy = belief.xy(rows, columns)
             seen_from = belief.seen_from[rows, columns]
-            navigation = self._navigate(places_xy, self.REACH, costmap, T_map_base, seen_from)
+            navigation = self._navigate(places_xy, REACH, costmap, T_map_base, seen_from)
             if navigation is not None and not navigation.arrived:
                 assert navigation.goal is not None
                 self._previous = navigation
@@ -311,51 +289,6 @@ class BeliefSearch:
         ended = Outcome.NOT_FOUND, reason
         return Decision(STOP, "nothing left to try", threshold=least, ended=ended)
 
-    def _place_options(self, belief: PlaceBelief, costmap: Costmap) -> list[Option]:
-        """The likeliest places that can be looked at, apart from one another."""
-        rows, columns = np.nonzero(belief.probabilities >= LEAST)
-        places_xy, probabilities = belief.xy(rows, columns), belief.probabilities[rows, columns]
-        looks = self._looks.counts(places_xy)
-        left = np.where(
-            looks < self._parts.most_looks, probabilities * self._search.doubt**looks, 0.0
-        )
-        seen_from = belief.seen_from[rows, columns]
-        fronts_xy, known = _fronts(costmap, places_xy, seen_from, self.REACH.extent)
-        options: list[Option] = []
-        for _ in range(MOST_CANDIDATES):
-            if len(left) == 0 or left.max() < LEAST:
-                break
-            best = int(np.argmax(left))
-            xy, probability, spot = places_xy[best], float(left[best]), None
-            side = seen_from[best] if known[best] else None
-            if looks[best] == 0:
-                way = float(self._ways.costs(fronts_xy[best][None], self.REACH.distance)[0])
-            else:
-                way, spot = self._other_spot(xy, fronts_xy[best], costmap)
-            if np.isfinite(way):
-                options.append(Option("place", xy, probability, way, spot, side))
-            left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
-        return options
-
-    def _other_spot(
-        self, xy: NDArray[np.float64], front_xy: NDArray[np.float64], costmap: Costmap
-    ) -> tuple[float, NDArray[np.float64] | None]:
-        """The way to a spot that shows a place from elsewhere, and the spot; inf without one."""
-        aim = self._aim
-        if (
-            aim is not None
-            and aim.spot_xy is not None
-            and self._aims_at("place", xy)
-            and np.isfinite(way := float(self._ways.costs(aim.spot_xy[None])[0]))
-        ):
-            return way, aim.spot_xy
-        around = self._looks.other_spots(xy)
-        ways, extent = self._ways.costs(around), costmap.grid.resolution
-        for i in np.argsort(ways):
-            if np.isfinite(ways[i]) and sees(costmap, around[i], front_xy, extent):
-                return float(ways[i]), around[i]
-        return np.inf, None
-
     def _worth(self, option: Option) -> float:
         """Probability over way, and more for what the robot is on its way to."""
         ratio = option.probability / (option.way + self.LOOK_WAY[option.kind])
@@ -369,16 +302,16 @@ class BeliefSearch:
         """The way to an option, which becomes the aim."""
         aim = self._aim
         if aim is None or not self._aims_at(option.kind, option.xy):
-            aim = self._aim = _Aim(option.kind, option.xy)
+            aim = self._aim = Aim(option.kind, option.xy)
         aim.xy, aim.spot_xy = option.xy, option.spot_xy
-        reach = self.REACH
+        reach = REACH
         if option.kind == "frontier":
             reach = Reach(distance=self._config.frontier.stand_off, extent=costmap.grid.resolution)
         elif option.spot_xy is not None:
             if np.linalg.norm(option.spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
                 reach = Reach(distance=_ON_SPOT, extent=0.05)
                 return self._navigate(option.spot_xy, reach, costmap, T_map_base)
-            reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=self.REACH.extent)
+            reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=REACH.extent)
         return self._navigate(option.xy, reach, costmap, T_map_base, option.seen_from)
 
     def _why(self, option: Option, options: Sequence[Option], T_map_base: SE3) -> str:
@@ -390,9 +323,8 @@ class BeliefSearch:
         return reasons.exploring(self._aim.advantage, options)
 
     def _aims_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
-        """Whether this is what the robot does now; as more is seen, the point of it moves."""
-        aim = self._aim
-        return aim is not None and aim.kind == kind and bool(np.linalg.norm(aim.xy - xy) <= APART)
+        """Whether this is what the robot does now."""
+        return self._aim is not None and self._aim.is_at(kind, xy)
 
     def _navigate(
         self,
@@ -412,21 +344,3 @@ class BeliefSearch:
             self._config.navigator,
             self._previous,
         )
-
-
-def _fronts(
-    costmap: Costmap,
-    places_xy: NDArray[np.float64],
-    seen_from: NDArray[np.float64],
-    extent: float,
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """What lies before places (N, 2) for who saw them from there, as of `fronts`.
-
-    Where nothing is known to be free there, it is the point on the line of sight that is as far
-    before the place as what fills it may reach, and not known.
-    """
-    fronts_xy, known = fronts(costmap, places_xy, seen_from, extent)
-    back = seen_from - places_xy
-    length = np.linalg.norm(back, axis=1)
-    back *= (np.minimum(extent, length) / np.maximum(length, 1e-9))[:, None]
-    return np.where(known[:, None], fronts_xy, places_xy + back), known

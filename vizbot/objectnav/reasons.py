@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vizbot.core.observer import CLAUSE_JOINT
 from vizbot.core.types import SE3
-from vizbot.objectnav.frontier_options import Option
+from vizbot.objectnav.option import Option
 
 AROUND = "what is all around is seen first"
 MAY_BE = "something {away} m away may be it ({chance})"

@@ -1,0 +1,116 @@
+"""The places that may be what is asked for, as options of the search."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.belief import PlaceBelief
+from nav.config import Reach
+from nav.costmap import Costmap
+from nav.goal_region import fronts, sees
+from nav.way_field import WayField
+from vizbot.config import Config
+from vizbot.objectnav.looks import APART, Looks
+from vizbot.objectnav.option import Aim, Option
+from vizbot.objectnav.search_parts import SearchParts
+
+REACH = Reach(distance=1.3, extent=0.6)
+"""From where a place is looked at, and has been arrived at. From nearer the camera loses what lies
+on the floor, or hangs on a wall."""
+MOST_CANDIDATES = 8
+LEAST = 0.02
+"""Less likely places are not looked at, even when nothing else is left."""
+
+
+class PlaceOptions:
+    """Values each place by its probability, and by how often it was looked at in vain."""
+
+    def __init__(self, config: Config, parts: SearchParts) -> None:
+        """Create it.
+
+        Args:
+            config: Settings of the robot.
+            parts: What the search has.
+        """
+        self._doubt, self._most_looks = config.objectnav.search.doubt, parts.most_looks
+
+    def options(
+        self, belief: PlaceBelief, costmap: Costmap, ways: WayField, looks: Looks, aim: Aim | None
+    ) -> list[Option]:
+        """The likeliest places that can be looked at, apart from one another.
+
+        Args:
+            belief: Where the goal is believed to be.
+            costmap: Where the robot may be.
+            ways: From where it is.
+            looks: What it has looked at.
+            aim: What it does now, with a spot that it keeps to.
+        """
+        rows, columns = np.nonzero(belief.probabilities >= LEAST)
+        places_xy, probabilities = belief.xy(rows, columns), belief.probabilities[rows, columns]
+        counts = looks.counts(places_xy)
+        left = np.where(counts < self._most_looks, probabilities * self._doubt**counts, 0.0)
+        seen_from = belief.seen_from[rows, columns]
+        fronts_xy, known = fronts_of(costmap, places_xy, seen_from)
+        options: list[Option] = []
+        for _ in range(MOST_CANDIDATES):
+            if len(left) == 0 or left.max() < LEAST:
+                break
+            best = int(np.argmax(left))
+            xy, probability, spot = places_xy[best], float(left[best]), None
+            side = seen_from[best] if known[best] else None
+            if counts[best] == 0:
+                way = float(ways.costs(fronts_xy[best][None], REACH.distance)[0])
+            elif (kept := _kept_spot(aim, xy, ways)) is not None:
+                way, spot = kept
+            else:
+                way, spot = _other_spot(looks.other_spots(xy), fronts_xy[best], costmap, ways)
+            if np.isfinite(way):
+                options.append(Option("place", xy, probability, way, spot, side))
+            left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
+        return options
+
+
+def fronts_of(
+    costmap: Costmap, places_xy: NDArray[np.float64], seen_from: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """What lies before places for who saw them, and whether it is known to be free.
+
+    Where nothing is, it is the point on the line of sight that is as far before the place as what
+    fills it may reach.
+
+    Args:
+        costmap: Where the robot may be.
+        places_xy: (N, 2) in `map` [m].
+        seen_from: (N, 2) where the camera stood, in `map` [m].
+
+    Returns:
+        (N, 2) points in `map` [m] as of `fronts`, and (N,) whether they are known.
+    """
+    fronts_xy, known = fronts(costmap, places_xy, seen_from, REACH.extent)
+    back = seen_from - places_xy
+    length = np.linalg.norm(back, axis=1)
+    back *= (np.minimum(REACH.extent, length) / np.maximum(length, 1e-9))[:, None]
+    return np.where(known[:, None], fronts_xy, places_xy + back), known
+
+
+def _kept_spot(
+    aim: Aim | None, xy: NDArray[np.float64], ways: WayField
+) -> tuple[float, NDArray[np.float64]] | None:
+    """The way to the spot from which the robot is about to look at a place; None without one."""
+    if aim is None or aim.spot_xy is None or not aim.is_at("place", xy):
+        return None
+    way = float(ways.costs(aim.spot_xy[None])[0])
+    return (way, aim.spot_xy) if np.isfinite(way) else None
+
+
+def _other_spot(
+    around: NDArray[np.float64], front_xy: NDArray[np.float64], costmap: Costmap, ways: WayField
+) -> tuple[float, NDArray[np.float64] | None]:
+    """The way to the nearest of spots (K, 2) that shows a place, and the spot; inf without one."""
+    costs, extent = ways.costs(around), costmap.grid.resolution
+    for i in np.argsort(costs):
+        if np.isfinite(costs[i]) and sees(costmap, around[i], front_xy, extent):
+            return float(costs[i]), around[i]
+    return np.inf, None
