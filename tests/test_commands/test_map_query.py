@@ -123,6 +123,28 @@ def test_a_question_asks_for_the_thing_in_it(ask, capsys, text, thing):
     assert answer == about_the_thing
 
 
+@pytest.mark.parametrize(
+    ("text", "english"),
+    [
+        ("der gelbe Stuhl", "yellow chair"),
+        ("Wo ist der gelbe Stuhl?", "where is the yellow chair?"),
+        ("Wie viele gelbe Stühle gibt es?", "how many yellow chairs are there?"),
+    ],
+)
+def test_a_german_question_asks_for_the_same_as_an_english_one(ask, capsys, text, english):
+    ask(text=english)
+    answer = json.loads(capsys.readouterr().out)
+    ask(text=text, language="de")
+    said = capsys.readouterr()
+    assert json.loads(said.out) == answer | {"text": "yellow chair"}
+    assert ": yellow chair" in said.err
+
+
+def test_a_language_that_it_does_not_know_is_refused(ask):
+    with pytest.raises(ConfigError, match="--language fr: give one of de, en"):
+        ask(language="fr")
+
+
 def test_how_many_there_are_is_counted(ask, capsys, tmp_path):
     ask()
     scores = [place["score"] for place in json.loads(capsys.readouterr().out)["candidates"]]

@@ -109,8 +109,9 @@ def query(options: MapQueryOptions) -> None:
             nothing, or for what the method cannot answer.
     """
     from vizbot.commands.sentences import parse_question
+    from vizbot.operator.language.language import load_language
 
-    question = parse_question(options.text)
+    question = parse_question(options.text, load_language(options.language))
     config = load_settings(options.config, method=options.method)
     by_paper = config.objectnav.method == "paper"
     if by_paper and isinstance(question, HowMany):

@@ -378,5 +378,6 @@ class MapQueryOptions:
     ]
     clip: ClipOption = None
     method: MethodOption = None
+    language: LanguageOption = LANGUAGE
     config: ConfigOption = None
     as_json: JsonOption = False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.language.command import (
@@ -69,7 +70,7 @@ def parse_goals(texts: Sequence[str], language: Language = ENGLISH) -> list[str]
     return goals if language is ENGLISH else [_translated(goal, language) for goal in goals]
 
 
-def parse_question(text: str) -> WhereIs | HowMany:
+def parse_question(text: str, language: Language = ENGLISH) -> WhereIs | HowMany:
     """What a saved map is asked: where a thing is, which may be named alone, or how many there are.
 
     Words that only tell something ("something to sit on") are a thing: encoders know open words.
@@ -79,17 +80,21 @@ def parse_question(text: str) -> WhereIs | HowMany:
     """
     if not text.strip():
         raise ConfigError("the question '' is empty; say what to look for, for example 'sofa'")
-    match ENGLISH.grammar.typed(text):
+    match language.grammar.typed(text):
         case WhereIs() | HowMany() as question:
-            return question
+            pass
         case GoTo((goal,), None):
-            return WhereIs(goal)
+            question = WhereIs(goal)
         case Decline(Reason.STATEMENT):
-            return WhereIs(text)
-    raise ConfigError(
-        "map query takes a thing ('sofa'), 'where is the sofa?' or 'how many sofas are there?', not"
-        f" {text!r}; put a thing of that name in double quotes"
-    )
+            question = WhereIs(text)
+        case _:
+            raise ConfigError(
+                "map query takes a thing ('sofa'), 'where is the sofa?' or 'how many sofas are"
+                f" there?', not {text!r}; put a thing of that name in double quotes"
+            )
+    if language is ENGLISH:
+        return question
+    return replace(question, goal=_translated(question.goal, language))
 
 
 def _translated(goal: str, language: Language) -> str:
