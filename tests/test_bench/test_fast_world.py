@@ -1,13 +1,13 @@
 """The fast world: places and views of a home, walks of the search, and the table of its rules."""
 
 import json
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
+from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
 from vizbot.bench.episodes.run import encoder_of
 from vizbot.bench.fast_world import bench
 from vizbot.bench.fast_world.bench import fast_result, standard_error
@@ -15,7 +15,8 @@ from vizbot.bench.fast_world.minds import BeliefMind
 from vizbot.bench.fast_world.places import Places
 from vizbot.bench.fast_world.views import HEADINGS
 from vizbot.bench.fast_world.walk import FastHome, SearchRule, Walk
-from vizbot.bench.harness.bench_plan import ABLATION_ROWS, UNATTENDED
+from vizbot.bench.harness.bench_plan import ABLATION_ROWS, QUICK_SHARE, UNATTENDED, BenchPlan
+from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.config import with_method
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
@@ -185,6 +186,28 @@ def test_rules_are_paired_episode_by_episode():
 def test_a_mean_of_one_value_has_no_error():
     assert standard_error([0.5]) is None
     assert standard_error([0.0, 1.0]) == pytest.approx(0.5)
+
+
+def test_a_quick_run_walks_the_episodes_of_the_quick_share(tmp_path, monkeypatch):
+    walked, asked = [], []
+
+    def goals(plan):
+        asked.append(plan.homes)
+        return [HomeGoals(home, ("bed", "sofa", "sink", "tv")) for home in plan.homes]
+
+    monkeypatch.setattr(bench, "goals_of_homes", goals)
+    monkeypatch.setattr(bench, "_run_missing", lambda rule, episodes, plan: walked.append(episodes))
+    monkeypatch.setattr(bench, "fast_result", lambda results: results)
+    made = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores")
+    plan = BenchPlan(UNATTENDED, tmp_path, made, None, quick=True, rows=("default",))
+    assert list(bench.run_fast(plan)) == ["default"] and asked == [QUICK_SHARE]
+    [episodes] = walked
+    assert [(each.home, each.goals) for each in episodes[:4]] == [
+        (1100, ("bed",)), (1100, ("tv",)), (1101, ("sofa",)), (1102, ("sink",)),
+    ]  # fmt: skip
+    assert {each.number for each in episodes} == {0}
+    bench.run_fast(replace(plan, quick=False, homes=(1100,)))
+    assert len(walked[1]) == 4 * bench.STARTS
 
 
 def test_the_command_walks_the_rows_that_are_asked_for(vizbot, monkeypatch, tmp_path):

@@ -17,12 +17,19 @@ from vizbot.bench.ablations.ablation import ABLATIONS, WHOLE
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals
 from vizbot.bench.episodes.run import encoder_of
 from vizbot.bench.fast_world.walk import FastHome, SearchRule, Walk
-from vizbot.bench.harness.bench_plan import ABLATION_ROWS, BenchPlan, BenchResult, goals_of_homes
+from vizbot.bench.harness.bench_plan import (
+    ABLATION_ROWS,
+    QUICK_SHARE,
+    BenchPlan,
+    BenchResult,
+    goals_of_homes,
+)
 from vizbot.bench.harness.fingerprint import key_of_robot, key_of_settings, key_of_sources
 from vizbot.bench.harness.scores import NavigationScore, spl
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.tables import markdown_table
 from vizbot.bench.harness.workers import in_parallel
+from vizbot.bench.objectnav.single_goal import QUICK_SHARE_OF, single_goal_episodes
 from vizbot.config import Config, with_method
 
 NAME = "objectnav --fast"
@@ -77,17 +84,19 @@ def run_fast(plan: BenchPlan) -> BenchResult:
     """Walk the episodes that have no result yet, and print the tables.
 
     Args:
-        plan: Its homes; without them those to tune in and to report on, or two of them where it is
-            quick. Its rows; without them all but those without a part of the search.
+        plan: Its homes; without them those to tune in and to report on. Where it is quick, the
+            episodes of the quick share, so that a rule can be held against the whole loop's. Its
+            rows; without them all but those without a part of the search.
     """
-    homes = plan.homes or ((*TUNING[:1], *REPORTING[:1]) if plan.quick else (*TUNING, *REPORTING))
+    homes = plan.homes or (QUICK_SHARE if plan.quick else (*TUNING, *REPORTING))
     goals = goals_of_homes(BenchPlan(plan.config, plan.folder, plan.fingerprint, homes))
     chosen = [
         rule
         for rule in rules(plan.config)
         if (rule.ablation is WHOLE if plan.rows is None else rule.name in plan.rows)
     ]
-    results = {rule.name: _run_missing(rule, episodes_of(goals), plan) for rule in chosen}
+    episodes = single_goal_episodes(goals, QUICK_SHARE_OF) if plan.quick else episodes_of(goals)
+    results = {rule.name: _run_missing(rule, episodes, plan) for rule in chosen}
     return fast_result(results)
 
 

@@ -37,7 +37,7 @@ NAME = "objectnav"
 DEFAULT = "default"
 SCALES = (1, 0, -1)
 """Scales that are driven singly on the same episodes."""
-_QUICK_SHARE, _ABLATED_SHARE = 3, 5
+QUICK_SHARE_OF, _ABLATED_SHARE = 3, 5
 """One of so many goals of each home is driven in a quick run, and without a part of the search."""
 _ROOMS = (
     "Driven and shortest are mean lengths of the paths of successes, and of the shortest paths "
@@ -57,7 +57,7 @@ Results = Mapping[str, Sequence[EpisodeResult]]
 def run_single_goal(plan: BenchPlan) -> BenchResult:
     """Run what is missing and print the tables."""
     homes = goals_of_homes(plan)
-    episodes = single_goal_episodes(homes, _QUICK_SHARE if plan.quick else 1)
+    episodes = single_goal_episodes(homes, QUICK_SHARE_OF if plan.quick else 1)
     few = single_goal_episodes(homes, _ABLATED_SHARE)
     wanted = [variant for variant in variants(plan.config) if plan.includes(variant.name)]
     if plan.rows is None:
