@@ -2,6 +2,8 @@
 
 import json
 import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -49,3 +51,16 @@ def test_a_benchmark_that_is_interrupted_says_so(run, monkeypatch):
     monkeypatch.setitem(bench.BENCHES, "objectnav", ctrl_c)
     code, out, err = run("bench", "objectnav", "--quick")
     assert (code, out, err.splitlines()[-1]) == (130, "", "vizbot: interrupted")
+
+
+def test_ctrl_c_ends_what_is_waited_for_at_the_exit_without_a_traceback():
+    program = (
+        "import atexit, sys, time; from vizbot.cli import process; process.main = lambda: None;"
+        " atexit.register(lambda: (print('waiting', flush=True), time.sleep(60))); process.run()"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as ended:
+        assert ended.stdout.readline() == b"waiting\n"
+        ended.send_signal(signal.SIGINT)
+        assert ended.wait(30) == -signal.SIGINT and ended.stderr.read() == b""

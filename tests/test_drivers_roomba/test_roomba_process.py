@@ -297,3 +297,14 @@ def test_a_base_that_falls_silent_is_a_timeout(stub, monkeypatch):
         with pytest.raises(DeviceTimeoutError, match=r"no answer from the base"):
             while clock.now() < end:
                 base.read()
+
+
+def test_who_leaves_while_the_base_is_gone_hears_how_the_wheels_are_stopped(floor, caplog):
+    clock, config = WallClock(), RoombaConfig(reconnect_timeout=3.0)
+    with on_wall_clock(SimulatedRoomba(floor)) as stub:
+        link = ProcessLink(SerialAddress(stub.path).open, config)
+        base = Roomba(link, clock, config)
+    base.close()
+    assert f"{stub.path}: the wheels could not be stopped yet; plug the base's cable" in caplog.text
+    assert "within 3 s of its loss" in caplog.text
+    wait_for(lambda: not link._process.is_alive())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import os
+import signal
 import sys
 from contextlib import suppress
 from typing import NoReturn
@@ -16,13 +17,15 @@ def run() -> NoReturn:
 
     Whatever was open is closed then, but threads may still be in native code: an embedding, a wait
     for a line of standard input. Python would take the interpreter apart under them, which now and
-    then ends in a segmentation fault. What is to be done at the exit is done, and nothing else.
+    then ends in a segmentation fault. What is to be done at the exit is done, and nothing else;
+    who does not want to wait for that ends it by Ctrl-C.
     """
     try:
         main()
         code: int | str | None = 0
     except SystemExit as end:
         code = end.code
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):  # nobody may listen, or it is closed

@@ -53,8 +53,8 @@ class ProcessLink:
         Raises:
             DeviceError: the port cannot be opened.
         """
-        self._open_port = open_port
-        self._ended = False
+        self._open_port, self._reconnect_timeout = open_port, config.reconnect_timeout
+        self._ended, self.name = False, "the base"
         context = multiprocessing.get_context("spawn")
         self._channel, theirs = open_channel()
         self._process = context.Process(
@@ -106,7 +106,12 @@ class ProcessLink:
         self._channel.finish(_END_TIMEOUT)
         self._process.join(max(0.2, end - time.monotonic()))
         if self._process.is_alive():
-            logger.error("the process of the base still tries to stop the wheels")
+            logger.error(
+                "%s: the wheels could not be stopped yet; plug the base's cable in again: within"
+                " %.0f s of its loss they are stopped then, after Ctrl-C too",
+                self.name,
+                self._reconnect_timeout,
+            )
         elif self._process.exitcode != 0:
             self._stop_from_here()
 
