@@ -69,6 +69,12 @@ def test_a_method_of_search_is_a_row_of_its_own(vizbot, plans):
     assert plans[0].config == bench.UNATTENDED
 
 
+def test_searches_for_what_is_not_there_can_be_chosen(vizbot, plans, monkeypatch):
+    monkeypatch.setitem(bench.BENCHES, "absent", bench.BENCHES["objectnav"])
+    assert vizbot("absent", "--rows", "offset,by searching")[0] == 0
+    assert plans[0].rows == ("offset", "by searching")
+
+
 @pytest.mark.parametrize(
     ("option", "row"),
     [("--method=belief", "default"), ("--encoder-scale=clip", "scaled"),

@@ -18,6 +18,7 @@ from vizbot.bench.faults.page import faults_page
 from vizbot.bench.harness.bench_plan import (
     ENCODER_ROWS,
     QUICK_SHARE_ROWS,
+    SEARCHED,
     UNATTENDED,
     BenchPlan,
     BenchResult,
@@ -368,7 +369,7 @@ def _rows(name: str, text: str | None, config: Config) -> tuple[str, ...] | None
             raise ConfigError(f"--rows {text} is not for {name}; leave it out")
         return (text,)
     if name == absent.NAME:
-        return _known_rows(text, list(absent.ROWS))
+        return _known_rows(text, [*absent.ROWS, SEARCHED])
     variants = multi_goal.variants if name == multi_goal.NAME else single_goal.variants
     return _known_rows(text, [variant.name for variant in variants(config)])
 
