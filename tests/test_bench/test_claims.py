@@ -9,9 +9,12 @@ from tests.helpers.checkout import ROOT
 from vizbot.bench.claims import pages
 from vizbot.bench.claims.claims import read_claims
 from vizbot.bench.claims.facts import kept_facts
+from vizbot.bench.episodes.absent_things import ThingAnswer
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
 from vizbot.bench.harness.store import Store
+from vizbot.bench.objectnav.overshoot import Overshoot
 from vizbot.core.errors import ConfigError
+from vizbot.core.observer import Outcome
 
 FACTS = {"walk": {"error": 0.0678, "metres": 31.2}}
 PAGE = """# Title of 2026
@@ -168,3 +171,36 @@ def test_a_page_that_was_changed_by_hand_is_found(tmp_path, monkeypatch):
     (tmp_path / "walk.md").write_text("walk of walk.md, and more\n")
     [line] = pages.problems()
     assert "walk.md is not what its rows make" in line
+
+
+def test_answers_of_maps_and_what_is_driven_on_are_facts(tmp_path):
+    there = [("sofa", "present", True, True), ("bed", "present", True, False)]
+    absent = [("crib", "elsewhere", False, False), ("zebra", "nowhere", True, False)]
+    answers = [
+        ThingAnswer(1, text, kind, located, 0.7, correct)
+        for text, kind, located, correct in (*there, *absent)
+    ]
+    Store(tmp_path / "b" / "absent-offset.jsonl", ThingAnswer).add("k", "c0", "hw", *answers)
+    goals = [
+        GoalResult("crib", False, claimed, "", "", None, 100, 9.0, None, 9.0, outcome)
+        for claimed, outcome in ((False, Outcome.NOT_FOUND), (True, Outcome.ARRIVED))
+    ]
+    searches = [
+        EpisodeResult(Episode(1, ("crib",), n), (goal,), 0, None, 1.0, (), (0.0, 0.0, 0.0))
+        for n, goal in enumerate(goals)
+    ]
+    Store(tmp_path / "b" / "absent-by-searching.jsonl", EpisodeResult).add(
+        "k", "c0", "hw", *searches
+    )
+    ways = [
+        Overshoot(Episode(home, ("sofa",)), 9.0, before, before is not None)
+        for home, before in ((1, 4.0), (2, None))
+    ]
+    Store(tmp_path / "b" / "overshoot-old.jsonl", Overshoot).add("k", "c0", "hw", *ways)
+    facts = kept_facts(tmp_path)["b"]
+    offset, vain = facts["absent-offset"], facts["absent-by-searching"]
+    assert (offset["found"]["count"], offset["found"]["of"]) == (1, 2)
+    assert (offset["refused"]["percent"], offset["elsewhere"]["percent"]) == (50.0, 100.0)
+    assert (vain["refused"]["count"], vain["claimed"]["of"], vain["steps"]) == (1, 2, 100)
+    on = facts["overshoot-old"]
+    assert (on["of"], on["stood"], on["before"], on["after"]) == (2, 1, 4.0, 5.0)

@@ -8,18 +8,25 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from vizbot.bench.episodes.absent_things import ThingAnswer
 from vizbot.bench.episodes.episode import EpisodeResult, QueryResult
 from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.scores import FaultScore
 from vizbot.bench.faults.totals import FaultTotals
+from vizbot.bench.harness.bench_plan import SEARCHED
 from vizbot.bench.harness.scores import NavigationScore, PairedCounts, Rate, interval_over_homes
 from vizbot.bench.harness.store import Store, StoredResult
 from vizbot.bench.objectnav.multi_goal import at_least_rates, within_reach
+from vizbot.bench.objectnav.overshoot import Overshoot
+from vizbot.bench.objectnav.retrieval import retrieval_result
 from vizbot.bench.objectnav.single_goal import SCALES
 from vizbot.bench.slam.homes import FAULTS
 from vizbot.bench.slam.hours import DrivenHours, hours_result
 from vizbot.bench.slam.lap_scores import LapResult, laps_result
 from vizbot.bench.slam.relocalisation import StartResult
+from vizbot.core.observer import Outcome
 
 DEFAULT = "objectnav-default"
 """The row that the others of its folder are paired with."""
@@ -57,8 +64,14 @@ def kept_facts(rows: Path) -> Facts:
                 inner[path.stem] |= _two_commits(inner[path.stem]["rows"])
         elif path.stem.startswith("multi-"):
             inner[path.stem] = _multi(Store(path, EpisodeResult).fullest())
-        elif path.stem == "retrieval-queries":
+        elif path.stem.startswith("retrieval-queries"):
             inner[path.stem] = _retrieval(Store(path, QueryResult).fullest())
+        elif path.stem == f"absent-{SEARCHED.replace(' ', '-')}":
+            inner[path.stem] = _vain(Store(path, EpisodeResult).fullest())
+        elif path.stem.startswith("absent-"):
+            inner[path.stem] = _absent(Store(path, ThingAnswer).fullest())
+        elif path.stem.startswith("overshoot-"):
+            inner[path.stem] = _overshoot(Store(path, Overshoot).fullest())
         elif path.stem.startswith(("objectnav-", "later-")):
             inner[path.stem] = _navigation(Store(path, EpisodeResult).fullest())
         elif folder.name == "slam" and path.stem == "homes":
@@ -135,7 +148,7 @@ def _retrieval(lines: Sequence[StoredResult[QueryResult]]) -> Facts:
         of_scales = [a for a in answers if a.scales == scales]
         name = _scales(scales)
         rights[name] = {
-            "agreed": {(a.home, a.text): a.correct for a in of_scales},
+            "answer": {(a.home, a.text): a.correct for a in of_scales},
             "most_similar": {(a.home, a.text): a.most_similar_correct for a in of_scales},
         }
         facts[name] = {
@@ -148,7 +161,42 @@ def _retrieval(lines: Sequence[StoredResult[QueryResult]]) -> Facts:
     for name, by_rule in rights.items():
         for rule, right in by_rule.items():
             facts[name][rule]["all_against"] = _paired(rights[_scales(SCALES)][rule], right)
-    return facts
+        facts[name]["answer_against_most_similar"] = _paired(
+            by_rule["answer"], by_rule["most_similar"]
+        )
+    result = retrieval_result([line.result for line in lines], SCALES)
+    return facts | {name: result.summary[name] for name in ("calibration_error", "log_loss")}
+
+
+def _absent(lines: Sequence[StoredResult[ThingAnswer]]) -> Facts:
+    answers = [line.result for line in lines]
+    facts = _made(lines) | {
+        kind: rate_facts(Rate.over(not a.located for a in answers if a.kind == kind))
+        for kind in ("elsewhere", "nowhere")
+    }
+    facts["refused"] = rate_facts(Rate.over(not a.located for a in answers if a.kind != "present"))
+    found = (a.located and a.correct for a in answers if a.kind == "present")
+    return facts | {"found": rate_facts(Rate.over(found))}
+
+
+def _vain(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
+    """Searches for what is not there."""
+    goals = [goal for line in lines for goal in line.result.goals]
+    return _made(lines) | {
+        "refused": rate_facts(Rate.over(goal.outcome is Outcome.NOT_FOUND for goal in goals)),
+        "claimed": rate_facts(Rate.over(goal.claimed for goal in goals)),
+        "steps": sum(goal.steps for goal in goals) / max(len(goals), 1),
+    }
+
+
+def _overshoot(lines: Sequence[StoredResult[Overshoot]]) -> Facts:
+    passed = [line.result for line in lines if line.result.before is not None]
+    return _made(lines) | {
+        "of": len(lines),
+        "stood": len(passed),
+        "before": float(np.mean([each.before for each in passed])),
+        "after": float(np.mean([each.after for each in passed])),
+    }
 
 
 def _laps(folder: Path) -> Facts:
