@@ -191,6 +191,19 @@ def test_what_is_driven_after_a_stop_would_do_is_asked_of_the_scorer(folder, mon
     assert cells(driven_on, "default")[:6] == ["2", "1", "2.0", "3.5", "3.5", "1"]
 
 
+def test_searches_in_the_fast_world_stand_beside_those_in_the_whole_loop(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    ranking = folder.with_name("ranking")
+    for name, whole, fast in (("paper", 50.0, 40.0), ("old choosy 1.0", 25.0, 20.0)):
+        keep(ranking, name, "0ld", [driven(each, way=whole) for each in EPISODES], bench="whole")
+        assert "The fast world" not in search_page(folder, folder / "search.md")
+        keep(ranking, name, "0ld", [driven(each, way=fast) for each in EPISODES[:5]], bench="fast")
+        keep(ranking, "default", "c0ffee", map(driven, EPISODES), bench="whole")
+    text = search_page(folder, folder / "search.md").split("## The fast world")[1]
+    assert cells(text, "paper") == ["5", "100.0", "10.0", "100", "100.0", "12.5", "100", "0ld"]
+    assert cells(text, "old, choosy 1.0")[2] == "20.0" and "(Spearman): 1.00" in text
+
+
 def test_distinct_models_of_goals_are_counted_where_they_are_recorded(folder):
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
     assert "distinct models" not in search_page(folder, folder / "search.md")

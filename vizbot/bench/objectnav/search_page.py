@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vizbot.bench.episodes.episode import EpisodeResult, HomeGoals
+from vizbot.bench.fast_world.ranking import ranking_section
 from vizbot.bench.harness.bench_plan import ABLATION_ROWS, ENCODER_ROWS, PAPER, results_file
 from vizbot.bench.harness.scores import (
     NavigationScore,
@@ -74,7 +75,7 @@ def search_page(folder: Path, page: Path) -> str:
     parts += _without_parts(folder.with_name(PARTS), rows[DEFAULT])
     parts += [_overshoot(folder), *map_sections(folder), _in_a_row(folder)]
     parts += ["## Failures", _failures(rows[DEFAULT])]
-    parts += ["## Homes", homes_table(homes), models_section(homes)]
+    parts += ["## Homes", homes_table(homes), models_section(homes), ranking_section(folder.parent)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 

@@ -1,0 +1,69 @@
+"""Searches in the whole loop beside the same searches in the fast world, on the same episodes.
+
+The fast world is worth thinking in as long as it ranks searches as the whole loop does.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from scipy.stats import spearmanr
+
+from vizbot.bench.episodes.episode import EpisodeResult
+from vizbot.bench.harness.bench_plan import results_file
+from vizbot.bench.harness.scores import NavigationScore
+from vizbot.bench.harness.store import Store, StoredResult
+from vizbot.bench.harness.tables import markdown_table, percent
+
+FOLDER = "ranking"
+"""Of the rows, beside those of the board: `whole-NAME.jsonl` and `fast-NAME.jsonl`."""
+SEARCHES = ("paper", "old", "old, choosy 1.0", "old, true evidence", "default", "true evidence")
+"""Names of the searches."""
+_TITLE = "## The fast world beside the whole loop"
+_NOTE = (
+    "Every search on the same episodes, those of the quick share, in homes of development: here"
+    " rules are compared, and nothing is claimed. `old` is the search before the present one;"
+    " `choosy 1.0` believes a place from 1.0 of the encoder's threshold on instead of 1.3."
+)
+
+
+def ranking_section(rows: Path) -> str:
+    """The section of the kept rows; empty where fewer than two searches are kept.
+
+    Args:
+        rows: Folder of all kept rows.
+    """
+    lines: list[list[object]] = []
+    whole_spl, fast_spl = list[float](), list[float]()
+    for name in SEARCHES:
+        whole, fast = (_stored(rows / FOLDER, world, name) for world in ("whole", "fast"))
+        both = whole.keys() & fast.keys()
+        if not both:
+            continue
+        there, here = (
+            NavigationScore.from_results([each[episode].result for episode in both])
+            for each in (whole, fast)
+        )
+        commits = dict.fromkeys(line.commit for each in (whole, fast) for line in each.values())
+        lines.append([name, len(both), *_figures(there), *_figures(here), " and ".join(commits)])
+        assert there.spl is not None and here.spl is not None
+        whole_spl.append(there.spl)
+        fast_spl.append(here.spl)
+    if len(lines) < 2:
+        return ""
+    header = ("search", "episodes", "reached", "SPL", "steps", "reached, fast", "SPL, fast",
+              "steps, fast", "commit")  # fmt: skip
+    rank = float(spearmanr(whole_spl, fast_spl).statistic)
+    agreement = f"Rank correlation of the SPL of both worlds (Spearman): {rank:.2f}."
+    return f"{_TITLE}\n\n{_NOTE}\n\n{markdown_table(header, lines)}\n\n{agreement}"
+
+
+def _stored(folder: Path, world: str, name: str) -> dict[object, StoredResult[EpisodeResult]]:
+    """The kept results by episode."""
+    path = results_file(folder, world, name.replace(",", ""))
+    lines = Store(path, EpisodeResult).fullest()
+    return {line.result.episode: line for line in lines}
+
+
+def _figures(score: NavigationScore) -> list[object]:
+    return [score.success, percent(score.spl), "-" if score.steps is None else f"{score.steps:.0f}"]
