@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from nav.astar import with_escape
 from nav.costmap import Costmap
+from nav.goal_region import goal_region
 from vizbot.core.types import OccupancyGrid
 
 
@@ -75,6 +76,36 @@ class WayField:
         costs = np.full(len(ends), np.inf)
         costs[ends >= 0] = self._field[ends[ends >= 0]]
         return costs
+
+    def cost_to_reach(
+        self,
+        costmap: Costmap,
+        goal_xy: NDArray[np.float64],
+        within: float,
+        extent: float,
+        front_xy: NDArray[np.float64] | None = None,
+    ) -> float:
+        """What the cheapest way costs to where a robot has reached a goal, in metres of free floor.
+
+        A place may be near to a goal and not see it, past a corner: the way to where it does may
+        lead elsewhere.
+
+        Args:
+            costmap: That of the last `update`.
+            goal_xy: (2,) in `map` [m].
+            within: Distance from the robot's centre to the goal [m].
+            extent: As `own_extent` of `goal_region` [m].
+            front_xy: (2,) what must be in sight instead of the goal [m].
+
+        Returns:
+            inf where no way leads.
+        """
+        if self._grid is None:
+            return np.inf
+        fronts_xy = None if front_xy is None else front_xy[None]
+        stops, _ = goal_region(costmap, goal_xy[None], within, extent, fronts_xy).stops()
+        cells = stops[:, 0] * self._price.shape[1] + stops[:, 1]
+        return float(self._field[cells].min(initial=np.inf))
 
     def lengths(self, points_xy: NDArray[np.float64], within: float = 0.0) -> NDArray[np.float64]:
         """Lengths (N,) of the ways that `costs` rates [m]; inf where there is none."""

@@ -72,9 +72,10 @@ class BeliefSearchConfig(BaseModel):
     model_config = SETTINGS
 
     sure: float = Field(default=0.8, gt=0.0, lt=1.0)
-    """Probability from which the robot says that it has arrived, early in a search."""
+    """Probability from which the robot says that it has arrived, early in a search; in one for a
+    room until nothing is left to see."""
     settled: float = Field(default=0.6, gt=0.0, lt=1.0)
-    """The same, late in a search."""
+    """The same, late in a search for a thing."""
     last: float = Field(default=0.4, gt=0.0, lt=1.0)
     """The same when nothing is left to see, and from twice as late on."""
     patience: int = Field(default=300, gt=0)

@@ -6,6 +6,7 @@ import pytest
 from nav.astar import plan
 from nav.config import CostmapConfig
 from nav.costmap import LiveCostmap
+from nav.goal_region import goal_region
 from nav.way_field import WayField
 from tests.helpers.dijkstra import dijkstra_costs
 from vizbot.core.types import OccupancyGrid
@@ -144,3 +145,23 @@ def test_a_robot_against_a_wall_has_ways_too():
     assert np.isinf(costmap.cost[tuple(costmap.grid.to_cells(position))])
     field.update(costmap, position)
     assert same_as_planned(field, costmap, position, np.array([[1.2, 2.9], [0.0, 2.0]])) == 2
+
+
+def test_the_way_to_reach_a_goal_leads_to_where_it_is_in_sight():
+    occupancy = np.zeros((90, 120), np.float32)
+    occupancy[:70, 60] = 1.0  # a wall at x = 2 m, open at the north end only
+    costmap = LiveCostmap(CONFIG).update(grid_of(occupancy))
+    field, position, goal = WayField(), np.array([1.6, 1.5]), np.array([2.3, 1.5])
+    field.update(costmap, position)
+    assert field.costs(goal[None], 0.9)[0] < 0.1  # right behind the wall
+    around = field.cost_to_reach(costmap, goal, 0.9, 0.05)
+    region = goal_region(costmap, goal[None], 0.9, 0.05)
+    stops, _ = region.stops()
+    path = plan(costmap, position, costmap.grid.to_xy(stops))
+    assert around == pytest.approx(path.cost, abs=1e-6) and around > 4.0
+    assert field.cost_to_reach(costmap, goal, 0.9, 0.6) < 0.1  # what it is in
+    sealed = occupancy.copy()
+    sealed[[2, 38], 60:85] = sealed[2:39, 84] = 1.0
+    costmap = LiveCostmap(CONFIG).update(grid_of(sealed))
+    field.update(costmap, position)
+    assert np.isinf(field.cost_to_reach(costmap, goal, 0.9, 0.05))

@@ -26,6 +26,8 @@ SEEN_FROM = 3.0, 2.0
 HERE = planar(3.6, 2.0, 0.0)
 SOFA, TV = (Goal(text, np.ones(4, np.float32), 0.5) for text in ("sofa", "tv"))
 
+KITCHEN = Goal("kitchen", np.ones(4, np.float32), 0.5, rivals=(np.ones(4, np.float32),))
+
 
 def room(explored=True):
     """A closed room of 6 m by 4 m, the west of which may be unseen; its frontiers."""
@@ -146,6 +148,68 @@ def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(left, arri
     less = believed(at={(5.1, 2.1): search._search.sure * left, (1.1, 3.1): 0.3})
     ended = stepped(search, less, grid, planar(4.3, 2.1, 0.0), LOOK_STEPS + 1).ended
     assert (ended is not None and ended[0] is Outcome.ARRIVED) is arrives
+
+
+def in_kitchen(search, grid, probabilities):
+    """Activities of a robot that turns as it is told before a place that is believed so."""
+    activities, yaw = [], 0.0
+    for step in range(60):
+        belief = believed(at={(5.1, 2.1): probabilities(step), (1.1, 3.1): 0.3})
+        decision = search.go(KITCHEN, belief, grid, planar(4.6, 2.1, yaw))
+        activities.append(decision.activity)
+        if decision.ended is not None or decision.activity == "looking closer":
+            return activities
+        yaw += 0.29 * decision.twist.angular
+    raise AssertionError("it neither arrives nor drives elsewhere")
+
+
+def test_in_a_room_it_turns_around_once_before_it_says_that_it_has_arrived():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    activities = in_kitchen(search, grid, lambda step: 0.95)
+    assert activities[0] == "looking around" and activities[-1] == "arrived"
+    assert 15 < activities.count("looking around") < 25
+    search.refute()
+    search._verdicts = verdicts.Verdicts()
+    assert "looking around" not in in_kitchen(search, grid, lambda step: 0.95)
+
+
+def test_a_room_that_is_less_likely_once_all_around_was_seen_is_left():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    sure = CONFIG.objectnav.search.sure
+    activities = in_kitchen(search, grid, lambda step: 0.95 if step < 10 else 0.97 * sure)
+    assert activities[-1] == "looking closer" and "making sure" not in activities
+    assert activities.count("looking around") > 15
+
+
+def test_what_is_enough_for_a_room_does_not_fall_until_nothing_is_left_to_try():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    before = planar(4.6, 2.1, 0.0)
+    search.go(KITCHEN, believed(at={(1.1, 3.1): 0.3}), grid, before)
+    search._steps = CONFIG.objectnav.search.patience
+    belief = believed(at={(5.1, 2.1): 0.7, (1.1, 3.1): 0.3})
+    assert search.go(KITCHEN, belief, grid, before).threshold == CONFIG.objectnav.search.sure
+    search.go(SOFA, belief, grid, before)
+    search._steps = CONFIG.objectnav.search.patience
+    assert search.go(SOFA, belief, grid, before).threshold < CONFIG.objectnav.search.sure
+
+
+def test_at_the_end_a_room_is_arrived_at_by_what_is_enough_then():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    belief, place = believed(at={(5.1, 2.1): 0.7}), (5.1, 2.1)
+    (x, y), yaw = (4.6, 2.1), 0.0
+    for _ in range(120):
+        decision = search.go(KITCHEN, belief, grid, planar(x, y, yaw))
+        if decision.ended is not None:
+            break
+        yaw += 0.29 * decision.twist.angular
+        if decision.navigation.distance > 0.0:
+            x, y = decision.navigation.path[-1]
+            yaw = np.arctan2(place[1] - y, place[0] - x)
+    assert decision.ended[0] is Outcome.ARRIVED
 
 
 def test_the_last_place_is_shown_beside_what_is_enough_at_the_end():

@@ -2,7 +2,9 @@
 
 Every step compares what may end the search: going to a place that may be what is asked for, and
 seeing what lies behind a frontier. Each is worth its probability over the way that it takes. The
-robot says that it has arrived where a place near by, seen from near, is believed enough.
+robot says that it has arrived where a place near by, seen from near, is believed enough. In a room
+it turns around before that, and says so only if it is as sure then: from its door one room looks
+like another.
 """
 
 from __future__ import annotations
@@ -28,9 +30,9 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav import reasons
 from vizbot.objectnav.frontier_options import FrontierOptions
-from vizbot.objectnav.looks import RINGS, Looks
+from vizbot.objectnav.looks import RINGS, Looks, Turns
 from vizbot.objectnav.option import Aim, Option
-from vizbot.objectnav.place_options import REACH, PlaceOptions, fronts_of
+from vizbot.objectnav.place_options import REACH, ROOM_REACH, PlaceOptions, fronts_of
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.objectnav.verdicts import Verdicts
@@ -75,7 +77,7 @@ class BeliefSearch:
         self._beliefs: dict[str, Belief] = {}
         self._verdicts = Verdicts()
         self._goal: Goal | None = None
-        self._looks = Looks()
+        self._looks, self._turns = Looks(), Turns(config.objectnav.look_around_rate)
         self._aim: Aim | None = None
         self._previous: Navigation | None = None
         self._steps = 0
@@ -145,6 +147,7 @@ class BeliefSearch:
         if goal is not self._goal:
             self._goal, self._steps = goal, 0
             self._looks, self._aim, self.answer_xy = Looks(), None, None
+            self._turns = Turns(self._config.objectnav.look_around_rate)
             self._verdicts.forget_affirmed()
         self._steps += 1
         decision = self._decide(belief, grid, T_map_base)
@@ -161,7 +164,7 @@ class BeliefSearch:
             return closing
         while options := [
             *self._places.options(belief, costmap, self._ways, self._looks, self._aim),
-            *self._unseen.options(belief, grid, self._ways, T_map_base),
+            *self._unseen.options(belief, costmap, self._ways, T_map_base),
         ]:
             option = max(options, key=self._worth)
             if self._worth(option) < self._worth_trying:
@@ -200,12 +203,14 @@ class BeliefSearch:
         self, belief: PlaceBelief, sure: float, costmap: Costmap, T_map_base: SE3
     ) -> Decision | None:
         """Go up to what the robot is sure of near by, look, and stop; None where it is not sure."""
-        kept = sure * HELD if self._aim is not None and self._aim.kind == "stop" else sure
+        held = self._aim if self._aim is not None and self._aim.kind == "stop" else None
+        kept = sure if held is None else HELD * min(sure, held.sure)
         rows, columns = np.nonzero(belief.probabilities >= kept)
         places_xy, seen_from = belief.xy(rows, columns), belief.seen_from[rows, columns]
         here, resolution = T_map_base[:2, 3], costmap.grid.resolution
         near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
         fronts_xy, known = fronts_of(costmap, places_xy, seen_from)
+        reach = ROOM_REACH if self._wants_room else REACH
         probabilities = belief.probabilities[rows, columns]
         for i in np.flatnonzero(near)[np.argsort(-probabilities[near])]:
             xy = places_xy[i]
@@ -215,12 +220,12 @@ class BeliefSearch:
             if probabilities[i] < threshold:
                 continue
             side = seen_from[i] if known[i] else None
-            navigation = self._navigate(xy, REACH, costmap, T_map_base, side)
+            navigation = self._navigate(xy, reach, costmap, T_map_base, side)
             if navigation is None or navigation.distance > self.CLOSING:
                 continue
             aim = self._aim
             if aim is None or not self._aims_at("stop", xy):
-                aim = self._aim = Aim("stop", xy)
+                aim = self._aim = Aim("stop", xy, sure=sure)
             self._previous = navigation
             score, standing = float(probabilities[i]), navigation.arrived
             why = reasons.near_by(score, sure=True, standing=standing)
@@ -232,6 +237,13 @@ class BeliefSearch:
                 why=self._verdicts.reason(xy, why),
                 score=score,
             )
+            if self._wants_room and navigation.distance == 0.0:
+                if (turn := self._turns.twist(T_map_base)) is not None:
+                    return replace(decision, twist=turn, activity="looking around")
+                if score < min(sure, aim.sure):
+                    self._looks.add(xy, here)
+                    self._aim = None
+                    continue
             if not standing:
                 return decision
             aim.looking += 1
@@ -244,8 +256,15 @@ class BeliefSearch:
         return None
 
     @property
+    def _wants_room(self) -> bool:
+        """Whether a room is searched for."""
+        return self._goal is not None and self._goal.is_room
+
+    @property
     def _sure(self) -> float:
-        """Probability from which a place is believed now."""
+        """Probability from which a place is believed now; that of a room does not fall."""
+        if self._wants_room:
+            return self._search.sure
         return self._at_now(self._search.sure, self._search.settled, self._search.last)
 
     @property

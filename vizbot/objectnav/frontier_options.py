@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.belief import PlaceBelief
+from nav.costmap import Costmap
 from nav.frontier import FrontierSearch
 from nav.way_field import WayField
 from vizbot.config import Config
 from vizbot.core.geometry import wrap_angle, yaw_of
-from vizbot.core.types import SE3, OccupancyGrid
+from vizbot.core.types import SE3
 from vizbot.objectnav.option import Option
 
 
@@ -43,22 +44,27 @@ class FrontierOptions:
         self._config, self._frontiers, self._counts_likeness = config, frontiers, likeness
 
     def options(
-        self, belief: PlaceBelief, grid: OccupancyGrid, ways: WayField, T_map_base: SE3
+        self, belief: PlaceBelief, costmap: Costmap, ways: WayField, T_map_base: SE3
     ) -> list[Option]:
         """The frontiers that can be reached and may show what is asked for.
 
         Args:
             belief: Where the goal is believed to be.
-            grid: The obstacle map.
+            costmap: Where the robot may be.
             ways: From where the robot is.
             T_map_base: Where that is.
         """
-        points_xy, areas = self._frontiers.options(
-            grid, self._config.navigator.costmap, self.GAIN_REACH
-        )
-        costs = ways.costs(points_xy, self._config.frontier.stand_off)
+        grid, settings = costmap.grid, self._config.navigator
+        points_xy, areas = self._frontiers.options(grid, settings.costmap, self.GAIN_REACH)
+        stand_off = self._config.frontier.stand_off
+        costs = ways.costs(points_xy, stand_off)
+        for i in np.flatnonzero(np.isfinite(costs)):
+            # One that is in sight from nowhere is tried as it is, and then given up.
+            within, extent = stand_off - settings.reach_margin, grid.resolution
+            way = ways.cost_to_reach(costmap, points_xy[i], within, extent)
+            costs[i] = way if np.isfinite(way) else costs[i]
         reached_xy = points_xy[np.isfinite(costs)]
-        self._frontiers.count_left(grid, reached_xy, self._config.navigator.costmap)
+        self._frontiers.count_left(grid, reached_xy, settings.costmap)
         dx, dy = (points_xy - T_map_base[:2, 3]).T
         turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
         likeness = np.minimum(self._likeness(belief, points_xy), self.MOST_LIKENESS)

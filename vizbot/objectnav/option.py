@@ -44,6 +44,7 @@ class Aim:
         kind: "place", "frontier", or "stop" for a place that the robot is sure of.
         xy: (2,) where that is, in `map` [m].
         spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
+        sure: Probability that a place of kind "stop" had to have when it became the aim.
         looking: Steps for which the robot has stood before it, facing it.
         advantage: Of the frontier over the other ones when it was chosen, in words; else empty.
     """
@@ -51,6 +52,7 @@ class Aim:
     kind: str
     xy: NDArray[np.float64]
     spot_xy: NDArray[np.float64] | None = None
+    sure: float = 1.0
     looking: int = 0
     advantage: str = ""
 

@@ -18,6 +18,8 @@ from vizbot.objectnav.search_parts import SearchParts
 REACH = Reach(distance=1.3, extent=0.6)
 """From where a place is looked at, and has been arrived at. From nearer the camera loses what lies
 on the floor, or hangs on a wall."""
+ROOM_REACH = Reach(distance=0.9, extent=0.6)
+"""The same of a room: who only looks in from outside has not arrived."""
 MOST_CANDIDATES = 8
 LEAST = 0.02
 """Less likely places are not looked at, even when nothing else is left."""
@@ -34,6 +36,7 @@ class PlaceOptions:
             parts: What the search has.
         """
         self._doubt, self._most_looks = config.objectnav.search.doubt, parts.most_looks
+        self._within = REACH.distance - config.navigator.reach_margin
 
     def options(
         self, belief: PlaceBelief, costmap: Costmap, ways: WayField, looks: Looks, aim: Aim | None
@@ -61,7 +64,10 @@ class PlaceOptions:
             xy, probability, spot = places_xy[best], float(left[best]), None
             side = seen_from[best] if known[best] else None
             if counts[best] == 0:
-                way = float(ways.costs(fronts_xy[best][None], REACH.distance)[0])
+                front = None if side is None else fronts_xy[best]
+                way = self._way(xy, front, costmap, ways)
+                if not np.isfinite(way):  # in sight from nowhere: tried as it is, and then left
+                    way = float(ways.costs(fronts_xy[best][None], REACH.distance)[0])
             elif (kept := _kept_spot(aim, xy, ways)) is not None:
                 way, spot = kept
             else:
@@ -70,6 +76,17 @@ class PlaceOptions:
                 options.append(Option("place", xy, probability, way, spot, side))
             left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
         return options
+
+    def _way(
+        self,
+        xy: NDArray[np.float64],
+        front_xy: NDArray[np.float64] | None,
+        costmap: Costmap,
+        ways: WayField,
+    ) -> float:
+        """The way to where a place is within reach and in sight; inf without one."""
+        extent = REACH.extent if front_xy is None else costmap.grid.resolution
+        return ways.cost_to_reach(costmap, xy, self._within, extent, front_xy)
 
 
 def fronts_of(
