@@ -95,7 +95,8 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         seen = page.locator("#candidate-picture")
         until(page, lambda: seen.evaluate("one => one.naturalWidth") > 100)
         snapshot(page, "asked")
-        page.locator("#goals li.good", has_text="Found the yellow chair after").wait_for()
+        found = page.locator("#goals li.good", has_text="Found the yellow chair after")
+        found.wait_for(timeout=120_000)
 
         says(page, "#arrival-title", "Found the yellow chair after ")
         until(
