@@ -29,12 +29,14 @@ from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav import reasons
+from vizbot.objectnav.aim import Aim
 from vizbot.objectnav.frontier_options import FrontierOptions
-from vizbot.objectnav.looks import RINGS, Looks, Turns
-from vizbot.objectnav.option import Aim, Option
+from vizbot.objectnav.looks import RINGS, Looks
+from vizbot.objectnav.option import Option
 from vizbot.objectnav.place_options import REACH, ROOM_REACH, PlaceOptions, fronts_of
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
+from vizbot.objectnav.turns import Turns
 from vizbot.objectnav.verdicts import Verdicts
 
 LOOK_STEPS = 2

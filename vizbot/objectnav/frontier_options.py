@@ -57,11 +57,10 @@ class FrontierOptions:
         grid, settings = costmap.grid, self._config.navigator
         points_xy, areas = self._frontiers.options(grid, settings.costmap, self.GAIN_REACH)
         stand_off = self._config.frontier.stand_off
-        costs = ways.costs(points_xy, stand_off)
+        costs, within = ways.costs(points_xy, stand_off), stand_off - settings.reach_margin
         for i in np.flatnonzero(np.isfinite(costs)):
             # One that is in sight from nowhere is tried as it is, and then given up.
-            within, extent = stand_off - settings.reach_margin, grid.resolution
-            way = ways.cost_to_reach(costmap, points_xy[i], within, extent)
+            way = ways.cost_to_reach(costmap, points_xy[i], within, grid.resolution)
             costs[i] = way if np.isfinite(way) else costs[i]
         reached_xy = points_xy[np.isfinite(costs)]
         self._frontiers.count_left(grid, reached_xy, settings.costmap)

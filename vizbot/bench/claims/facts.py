@@ -6,27 +6,26 @@ import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from statistics import mean
 from typing import Any
-
-import numpy as np
 
 from vizbot.bench.episodes.absent_things import ThingAnswer
 from vizbot.bench.episodes.episode import EpisodeResult, QueryResult
 from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.scores import FaultScore
 from vizbot.bench.faults.totals import FaultTotals
-from vizbot.bench.harness.bench_plan import SEARCHED
+from vizbot.bench.harness.bench_plan import SEARCHED, results_file
 from vizbot.bench.harness.scores import NavigationScore, PairedCounts, Rate, interval_over_homes
 from vizbot.bench.harness.store import Store, StoredResult
+from vizbot.bench.objectnav import absent
 from vizbot.bench.objectnav.multi_goal import at_least_rates, within_reach
-from vizbot.bench.objectnav.overshoot import Overshoot
+from vizbot.bench.objectnav.overshoot import Overshoot, ways_before_and_after
 from vizbot.bench.objectnav.retrieval import retrieval_result
 from vizbot.bench.objectnav.single_goal import SCALES
 from vizbot.bench.slam.homes import FAULTS
 from vizbot.bench.slam.hours import DrivenHours, hours_result
 from vizbot.bench.slam.lap_scores import LapResult, laps_result
 from vizbot.bench.slam.relocalisation import StartResult
-from vizbot.core.observer import Outcome
 
 DEFAULT = "objectnav-default"
 """The row that the others of its folder are paired with."""
@@ -66,9 +65,9 @@ def kept_facts(rows: Path) -> Facts:
             inner[path.stem] = _multi(Store(path, EpisodeResult).fullest())
         elif path.stem.startswith("retrieval-queries"):
             inner[path.stem] = _retrieval(Store(path, QueryResult).fullest())
-        elif path.stem == f"absent-{SEARCHED.replace(' ', '-')}":
+        elif path == results_file(path.parent, absent.NAME, SEARCHED):
             inner[path.stem] = _vain(Store(path, EpisodeResult).fullest())
-        elif path.stem.startswith("absent-"):
+        elif path.stem.startswith(f"{absent.NAME}-"):
             inner[path.stem] = _absent(Store(path, ThingAnswer).fullest())
         elif path.stem.startswith("overshoot-"):
             inner[path.stem] = _overshoot(Store(path, Overshoot).fullest())
@@ -171,32 +170,28 @@ def _retrieval(lines: Sequence[StoredResult[QueryResult]]) -> Facts:
 def _absent(lines: Sequence[StoredResult[ThingAnswer]]) -> Facts:
     answers = [line.result for line in lines]
     facts = _made(lines) | {
-        kind: rate_facts(Rate.over(not a.located for a in answers if a.kind == kind))
+        kind: rate_facts(absent.refused_rate([a for a in answers if a.kind == kind]))
         for kind in ("elsewhere", "nowhere")
     }
-    facts["refused"] = rate_facts(Rate.over(not a.located for a in answers if a.kind != "present"))
-    found = (a.located and a.correct for a in answers if a.kind == "present")
-    return facts | {"found": rate_facts(Rate.over(found))}
+    facts["refused"] = rate_facts(absent.refused_rate(answers))
+    return facts | {"found": rate_facts(absent.found_rate(answers))}
 
 
 def _vain(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
     """Searches for what is not there."""
     goals = [goal for line in lines for goal in line.result.goals]
     return _made(lines) | {
-        "refused": rate_facts(Rate.over(goal.outcome is Outcome.NOT_FOUND for goal in goals)),
+        "refused": rate_facts(Rate.over(map(absent.is_refusal, goals))),
         "claimed": rate_facts(Rate.over(goal.claimed for goal in goals)),
         "steps": sum(goal.steps for goal in goals) / max(len(goals), 1),
     }
 
 
 def _overshoot(lines: Sequence[StoredResult[Overshoot]]) -> Facts:
-    passed = [line.result for line in lines if line.result.before is not None]
+    before, after = ways_before_and_after([line.result for line in lines])
     return _made(lines) | {
-        "of": len(lines),
-        "stood": len(passed),
-        "before": float(np.mean([each.before for each in passed])),
-        "after": float(np.mean([each.after for each in passed])),
-    }
+        "of": len(lines), "stood": len(before), "before": mean(before), "after": mean(after)
+    }  # fmt: skip
 
 
 def _laps(folder: Path) -> Facts:

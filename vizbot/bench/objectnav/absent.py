@@ -103,12 +103,12 @@ def absent_result(
     table = [line for name, answers in results.items() for line in _lines(name, answers)]
     if searched:
         goals = [goal for each in searched for goal in each.goals]
-        refused = Rate.over(map(_is_refusal, goals))
+        refused = Rate.over(map(is_refusal, goals))
         rows.append({"row": SEARCHED, "asked": refused.trials, "refused": refused.value,
                      "claimed": Rate.over(goal.claimed for goal in goals).value,
                      "steps": float(np.mean([goal.steps for goal in goals]))})  # fmt: skip
         over_homes = interval_over_homes(
-            (each.episode.home, _is_refusal(goal)) for each in searched for goal in each.goals
+            (each.episode.home, is_refusal(goal)) for each in searched for goal in each.goals
         )
         wilson, range_ = interval_text(refused), percent_range(over_homes)
         table.append([SEARCHED, "absent", refused.trials, refused, wilson, range_])
@@ -118,7 +118,7 @@ def absent_result(
 
 
 def _figures(answers: Sequence[ThingAnswer]) -> dict[str, object]:
-    present, absent = _present(answers), _absent(answers)
+    present, absent = found_rate(answers), refused_rate(answers)
     return {
         "asked": absent.trials,
         "present_asked": present.trials,
@@ -127,17 +127,17 @@ def _figures(answers: Sequence[ThingAnswer]) -> dict[str, object]:
     }
 
 
-def _present(answers: Sequence[ThingAnswer]) -> Rate:
+def found_rate(answers: Sequence[ThingAnswer]) -> Rate:
     """How many present things are located at the right place."""
     return Rate.over(a.located and a.correct for a in answers if a.kind == "present")
 
 
-def _absent(answers: Sequence[ThingAnswer]) -> Rate:
+def refused_rate(answers: Sequence[ThingAnswer]) -> Rate:
     """How many absent things are refused."""
     return Rate.over(not a.located for a in answers if a.kind != "present")
 
 
-def _is_refusal(goal: GoalResult) -> bool:
+def is_refusal(goal: GoalResult) -> bool:
     """Whether the robot decided that it is not there; running out of steps is no decision."""
     return goal.outcome is Outcome.NOT_FOUND
 
@@ -147,7 +147,7 @@ def _lines(name: str, answers: Sequence[ThingAnswer]) -> list[list[object]]:
     lines: list[list[object]] = []
     for kind in ("present", "elsewhere", "nowhere"):
         of_kind = [answer for answer in answers if answer.kind == kind]
-        right = _present(of_kind) if kind == "present" else _absent(of_kind)
+        right = found_rate(of_kind) if kind == "present" else refused_rate(of_kind)
         over_homes = interval_over_homes(
             (a.home, a.located and a.correct if kind == "present" else not a.located)
             for a in of_kind

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import mean, median
 from typing import Annotated
 
 import numpy as np
@@ -76,6 +77,12 @@ def overshoots(job: _Job) -> list[Overshoot]:
         return found
 
 
+def ways_before_and_after(each: Sequence[Overshoot]) -> tuple[list[float], list[float]]:
+    """What was driven until a stop would have done, and after that, where it ever would [m]."""
+    before = [one.before for one in each if one.before is not None]
+    return before, [one.after for one in each if one.after is not None]
+
+
 def overshoot_table(folder: Path, rows: Sequence[str]) -> str:
     """A table of the kept overshoots of these rows; empty where none are kept."""
     lines: list[list[object]] = []
@@ -84,13 +91,12 @@ def overshoot_table(folder: Path, rows: Sequence[str]) -> str:
         if not stored:
             continue
         each = [line.result for line in stored]
-        passed = [one for one in each if one.after is not None]
-        lines.append([
-            row, len(each), len(passed), f"{np.mean([one.before for one in passed]):.1f}",
-            f"{np.mean([one.after for one in passed]):.1f}",
-            f"{np.median([one.after for one in passed]):.1f}",
-            sum(not one.arrived for one in passed),
-        ])  # fmt: skip
+        before, after = ways_before_and_after(each)
+        lines.append(
+            [row, len(each), len(before), f"{mean(before):.1f}", f"{mean(after):.1f}",
+             f"{median(after):.1f}",
+             sum(one.before is not None and not one.arrived for one in each)]
+        )  # fmt: skip
     header = ("row", "episodes", "stood where a stop would do", "driven before [m]",
               "driven after, mean [m]", "median [m]", "of them not reached")  # fmt: skip
     return markdown_table(header, lines) if lines else ""
