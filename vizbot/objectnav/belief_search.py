@@ -240,6 +240,7 @@ class BeliefSearch:
                 score=score,
             )
             if self._wants_room and navigation.distance == 0.0:
+                decision = replace(decision, threshold=min(sure, aim.sure))
                 if (turn := self._turns.twist(T_map_base)) is not None:
                     return replace(decision, twist=turn, activity="looking around")
                 if score < min(sure, aim.sure):
