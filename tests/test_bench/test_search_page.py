@@ -16,6 +16,7 @@ from vizbot.bench.episodes.episode import (
     QueryResult,
 )
 from vizbot.bench.episodes.exploration import SCALE_SETS
+from vizbot.bench.fast_world.ranking import ranking_page
 from vizbot.bench.harness.bench_plan import results_file
 from vizbot.bench.harness.store import Store
 from vizbot.bench.objectnav import overshoot
@@ -68,13 +69,23 @@ def test_two_searches_are_paired_and_wrong_arrivals_are_counted_apart_from_givin
     keep(folder, "old", "0ld", old)
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
     text = search_page(folder, folder / "search.md")
-    assert "- old: commit 0ld\n- default: commit c0ffee" in text
+    assert text.startswith("# Search\n")
+    assert "- old: commit 0ld, 2 cores\n- default: commit c0ffee, 2 cores" in text
     assert "nothing here is compared" not in text
     assert cells(text, "old")[:2] == ["10", "80.0"] and cells(text, "old")[4] == "1 of 10"
     assert cells(text, "old")[5] == "8.0"
     assert cells(text, "default")[:2] == ["10", "100.0"] and cells(text, "default")[5] == "50.0"
     # Home 1040 has both failures: 0.5 - 3 x 0.1 / 5 there, 0.5 - 0.1 in the other one.
     assert cells(text, "default against old") == ["2", "0", "0.5", "+42.0", "40 to 44"]
+
+
+def test_a_row_of_two_computers_says_how_much_each_drove(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    keep(folder, "old", "0ld", map(driven, EPISODES[:3]), hardware="16 cores")
+    keep(folder, "old", "0ld", map(driven, EPISODES[3:]))
+    text = search_page(folder, folder.with_name("search_repaired.md"))
+    assert text.startswith("# Search repaired\n")
+    assert "- old: commit 0ld, 2 cores (7 episodes) and 16 cores (3 episodes)" in text
 
 
 def test_where_the_search_before_is_not_driven_the_page_says_that_nothing_is_compared(folder):
@@ -191,15 +202,14 @@ def test_what_is_driven_after_a_stop_would_do_is_asked_of_the_scorer(folder, mon
     assert cells(driven_on, "default")[:6] == ["2", "1", "2.0", "3.5", "3.5", "1"]
 
 
-def test_searches_in_the_fast_world_stand_beside_those_in_the_whole_loop(folder):
-    keep(folder, "default", "c0ffee", map(driven, EPISODES))
-    ranking = folder.with_name("ranking")
+def test_searches_in_the_fast_world_stand_beside_those_in_the_whole_loop(tmp_path):
+    folder = tmp_path / "ranking"
     for name, whole, fast in (("paper", 50.0, 40.0), ("old choosy 1.0", 25.0, 20.0)):
-        keep(ranking, name, "0ld", [driven(each, way=whole) for each in EPISODES], bench="whole")
-        assert "The fast world" not in search_page(folder, folder / "search.md")
-        keep(ranking, name, "0ld", [driven(each, way=fast) for each in EPISODES[:5]], bench="fast")
-        keep(ranking, "default", "c0ffee", map(driven, EPISODES), bench="whole")
-    text = search_page(folder, folder / "search.md").split("## The fast world")[1]
+        keep(folder, name, "0ld", [driven(each, way=whole) for each in EPISODES], bench="whole")
+        assert ranking_page(folder, folder / "ranking.md") == ""
+        keep(folder, name, "0ld", [driven(each, way=fast) for each in EPISODES[:5]], bench="fast")
+        keep(folder, "default", "c0ffee", map(driven, EPISODES), bench="whole")
+    text = ranking_page(folder, folder / "ranking.md")
     assert cells(text, "paper") == ["5", "100.0", "10.0", "100", "100.0", "12.5", "100", "0ld"]
     assert cells(text, "old, choosy 1.0")[2] == "20.0" and "(Spearman): 1.00" in text
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from vizbot.bench.claims.claims import read_claims
 from vizbot.bench.claims.facts import kept_facts
 from vizbot.bench.fast_world.page import belief_page, write_belief_picture
+from vizbot.bench.fast_world.ranking import ranking_page
 from vizbot.bench.faults.page import faults_page
 from vizbot.bench.objectnav.others_page import others_page
 from vizbot.bench.objectnav.scoreboard import scoreboard_page, write_scoreboard_page
@@ -28,8 +29,10 @@ MADE: Mapping[str, Callable[[Path, Path], str]] = {
     "others": others_page,
     "planner": planner_page,
     "questions": questions_page,
+    "ranking": ranking_page,
     "scoreboard": scoreboard_page,
     "search": search_page,
+    "search_repaired": search_page,
     "slam": slam_page,
 }
 """What makes a page from its folder of rows and its own path, by the name of both; it makes nothing

@@ -1,4 +1,4 @@
-"""Searches in the whole loop beside the same searches in the fast world, on the same episodes.
+"""`docs/results/ranking.md`: searches in the whole loop, and in the fast world, side by side.
 
 The fast world is worth thinking in as long as it ranks searches as the whole loop does.
 """
@@ -15,11 +15,9 @@ from vizbot.bench.harness.scores import NavigationScore
 from vizbot.bench.harness.store import Store, StoredResult
 from vizbot.bench.harness.tables import markdown_table, percent
 
-FOLDER = "ranking"
-"""Of the rows, beside those of the board: `whole-NAME.jsonl` and `fast-NAME.jsonl`."""
 SEARCHES = ("paper", "old", "old, choosy 1.0", "old, true evidence", "default", "true evidence")
-"""Names of the searches."""
-_TITLE = "## The fast world beside the whole loop"
+"""Names of the searches, of which rows are kept as `whole-NAME.jsonl` and `fast-NAME.jsonl`."""
+_TITLE = "# The fast world beside the whole loop"
 _NOTE = (
     "Every search on the same episodes, those of the quick share, in homes of development: here"
     " rules are compared, and nothing is claimed. `old` is the search before the present one;"
@@ -27,16 +25,17 @@ _NOTE = (
 )
 
 
-def ranking_section(rows: Path) -> str:
-    """The section of the kept rows; empty where fewer than two searches are kept.
+def ranking_page(folder: Path, page: Path) -> str:
+    """The page of the kept rows of a folder; empty where fewer than two searches are kept.
 
     Args:
-        rows: Folder of all kept rows.
+        folder: Folder of the kept rows.
+        page: The file that the text is for.
     """
     lines: list[list[object]] = []
     whole_spl, fast_spl = list[float](), list[float]()
     for name in SEARCHES:
-        whole, fast = (_stored(rows / FOLDER, world, name) for world in ("whole", "fast"))
+        whole, fast = (_stored(folder, world, name) for world in ("whole", "fast"))
         both = whole.keys() & fast.keys()
         if not both:
             continue
@@ -55,7 +54,7 @@ def ranking_section(rows: Path) -> str:
               "steps, fast", "commit")  # fmt: skip
     rank = float(spearmanr(whole_spl, fast_spl).statistic)
     agreement = f"Rank correlation of the SPL of both worlds (Spearman): {rank:.2f}."
-    return f"{_TITLE}\n\n{_NOTE}\n\n{markdown_table(header, lines)}\n\n{agreement}"
+    return f"{_TITLE}\n\n{_NOTE}\n\n{markdown_table(header, lines)}\n\n{agreement}\n"
 
 
 def _stored(folder: Path, world: str, name: str) -> dict[object, StoredResult[EpisodeResult]]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from vizbot.bench.episodes.episode import EpisodeResult, HomeGoals
-from vizbot.bench.fast_world.ranking import ranking_section
 from vizbot.bench.harness.bench_plan import ABLATION_ROWS, ENCODER_ROWS, PAPER, results_file
 from vizbot.bench.harness.scores import (
     NavigationScore,
@@ -32,16 +32,15 @@ OLD = "old"
 """The row of the search before this one, driven at its last commit."""
 _THIRD = (*ENCODER_ROWS.values(), PAPER, "scale 1", "true encoder")
 """Rows that are driven on a third of the episodes."""
-PARTS = "search_parts"
-"""Folder beside that of the rows: the search without each part, and whole on the same computer."""
-_TITLE = """# Search
-
-The search by belief (`default`) beside the one before it (`old`), in homes that nobody had read,
-drawn before either was driven in them, each at one commit. Homes, encoder and furniture split are
-ours. "Said wrongly" are episodes in which the robot said that it had arrived and had not. SPL is
-success weighted by path length; its intervals, and those of differences, draw whole homes again
-(cluster bootstrap, fixed seed), which is rough with so few homes. Differences of success are
-decided by the exact paired test (McNemar)."""
+PARTS = "_parts"
+"""Ending of the folder beside that of the rows, which holds the search without each of its parts,
+and whole on the same computer."""
+_INTRODUCTION = """The search by belief (`default`) beside the one before it (`old`), in homes
+that nobody had read, drawn before either was driven in them, each at one commit. Homes, encoder and
+furniture split are ours. "Said wrongly" are episodes in which the robot said that it had arrived
+and had not. SPL is success weighted by path length; its intervals, and those of differences, draw
+whole homes again (cluster bootstrap, fixed seed), which is rough with so few homes. Differences of
+success are decided by the exact paired test (McNemar)."""
 
 _NO_OLD = "The row `old` has not been driven whole yet, so nothing here is compared with it."
 
@@ -62,7 +61,8 @@ def search_page(folder: Path, page: Path) -> str:
     surveyed = Store(folder / "homes.jsonl", HomeGoals).fullest()
     homes = sorted((line.result for line in surveyed), key=lambda each: str(each.home))
     parts = [
-        _TITLE,
+        f"# {page.stem.replace('_', ' ').capitalize()}",
+        _INTRODUCTION,
         "" if OLD in rows else _NO_OLD,
         _made_with(rows),
         "## All goals",
@@ -72,10 +72,10 @@ def search_page(folder: Path, page: Path) -> str:
     if third := [name for name in _THIRD if name in rows]:
         parts += ["## Other encoders and methods, on a third of the goals"]
         parts += [_THIRD_NOTE, _table(rows, third), _differences(rows, third)]
-    parts += _without_parts(folder.with_name(PARTS), rows[DEFAULT])
+    parts += _without_parts(folder.with_name(folder.name + PARTS), rows[DEFAULT])
     parts += [_overshoot(folder), *map_sections(folder), _in_a_row(folder)]
     parts += ["## Failures", _failures(rows[DEFAULT])]
-    parts += ["## Homes", homes_table(homes), models_section(homes), ranking_section(folder.parent)]
+    parts += ["## Homes", homes_table(homes), models_section(homes)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
@@ -102,7 +102,7 @@ def _without_parts(folder: Path, board: Row) -> list[str]:
     other = list(both)[1:]
     return [
         "## Without its parts, on a fifth of the goals",
-        f"Driven on {here}, the whole search as well: it is what these rows are paired with. All"
+        f"Driven on {here}, the whole search as well: it is what these rows are paired with. The"
         f" other rows of this page are of {there}.",
         _table(rows, list(rows)),
         _differences(rows, list(rows)),
@@ -113,11 +113,19 @@ def _without_parts(folder: Path, board: Row) -> list[str]:
 
 
 def _made_with(rows: Mapping[str, Row]) -> str:
-    lines = [
-        f"- {name}: commit {' and '.join(dict.fromkeys(line.commit for line in row))}"
+    return "\n".join(
+        f"- {name}: commit {_each(line.commit for line in row)},"
+        f" {_each(line.hardware for line in row)}"
         for name, row in rows.items()
-    ]
-    return "\n".join(lines)
+    )
+
+
+def _each(values: Iterable[str]) -> str:
+    """The different ones, the most frequent first, and how often each occurs where they differ."""
+    counts = Counter(values).most_common()
+    if len(counts) == 1:
+        return counts[0][0]
+    return " and ".join(f"{value} ({count} episodes)" for value, count in counts)
 
 
 def _results(row: Row) -> list[EpisodeResult]:
