@@ -79,6 +79,20 @@ def test_two_searches_are_paired_and_wrong_arrivals_are_counted_apart_from_givin
     assert cells(text, "default against old") == ["2", "0", "0.5", "+42.0", "40 to 44"]
 
 
+def test_arrivals_are_held_against_the_probability_that_the_robot_gave(folder):
+    sure = [("92% sure, from near by", True), ("70% sure, from near by", False)]
+    sure += [("78% sure, from near by", True), ("80% of it was seen", False)]
+    results = []
+    for episode, (answer, right) in zip(EPISODES, sure, strict=False):
+        result = driven(episode, right, claimed="sure" in answer)
+        results.append(replace(result, goals=(replace(result.goals[0], answer=answer),)))
+    keep(folder, "default", "c0ffee", results)
+    text = search_page(folder, folder / "search.md").split("## Whether the robot is as sure")[1]
+    assert cells(text, "0.7 to 0.8") == ["2", "1", "0.5"]
+    assert cells(text, "0.9 to 1.0") == ["1", "0", "0.1"]
+    assert "0.8 to 0.9" not in text
+
+
 def test_a_row_of_two_computers_says_how_much_each_drove(folder):
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
     keep(folder, "old", "0ld", map(driven, EPISODES[:3]), hardware="16 cores")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from vizbot.bench.episodes.episode import EpisodeResult, HomeGoals
@@ -42,6 +44,10 @@ and had not. SPL is success weighted by path length; its intervals, and those of
 whole homes again (cluster bootstrap, fixed seed), which is rough with so few homes. Differences of
 success are decided by the exact paired test (McNemar)."""
 
+_SURE = re.compile(r"(\d+)% sure")
+"""How the robot says the probability of the place at which it stops."""
+_SURE_EDGES = (0.0, 0.6, 0.7, 0.8, 0.9, 1.01)
+"""Edges of the rows of the table of these probabilities."""
 _NO_OLD = "The row `old` has not been driven whole yet, so nothing here is compared with it."
 
 Row = Sequence[StoredResult[EpisodeResult]]
@@ -74,7 +80,7 @@ def search_page(folder: Path, page: Path) -> str:
         parts += [_THIRD_NOTE, _table(rows, third), _differences(rows, third)]
     parts += _without_parts(folder.with_name(folder.name + PARTS), rows[DEFAULT])
     parts += [_overshoot(folder), *map_sections(folder), _in_a_row(folder)]
-    parts += ["## Failures", _failures(rows[DEFAULT])]
+    parts += [_arrivals(rows[DEFAULT]), "## Failures", _failures(rows[DEFAULT])]
     parts += ["## Homes", homes_table(homes), models_section(homes)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
@@ -230,6 +236,27 @@ def _overshoot(folder: Path) -> str:
     table = overshoot_table(folder, (OLD, DEFAULT))
     title = "## Driven after the robot first stood where a stop would have been a success"
     return f"{title}\n\n{table}" if table else ""
+
+
+def _arrivals(row: Row) -> str:
+    """Whether the robot is wrong as often as it says it may be when it stops; empty without."""
+    said = [
+        (int(sure[1]) / 100, goal.success)
+        for goal in (result.goals[0] for result in _results(row))
+        if goal.claimed and (sure := _SURE.match(goal.answer))
+    ]
+    lines: list[list[object]] = []
+    for low, high in pairwise(_SURE_EDGES):
+        these = [(p, right) for p, right in said if low <= p < high]
+        if these:
+            wrong, expected = sum(not right for _, right in these), sum(1 - p for p, _ in these)
+            lines.append(
+                [f"{low:.1f} to {min(high, 1.0):.1f}", len(these), wrong, f"{expected:.1f}"]
+            )
+    header = ("probability of the place", "said that it had arrived", "wrongly",
+              "wrongly, by these probabilities")  # fmt: skip
+    title = "## Whether the robot is as sure as it may be where it stops"
+    return f"{title}\n\n{markdown_table(header, lines)}" if lines else ""
 
 
 def _failures(row: Row) -> str:
