@@ -87,7 +87,7 @@ def test_arrivals_are_held_against_the_probability_that_the_robot_gave(folder):
         result = driven(episode, right, claimed="sure" in answer)
         results.append(replace(result, goals=(replace(result.goals[0], answer=answer),)))
     keep(folder, "default", "c0ffee", results)
-    text = search_page(folder, folder / "search.md").split("## Whether the robot is as sure")[1]
+    text = search_page(folder, folder / "search.md").split("## How sure the robot was")[1]
     assert cells(text, "0.7 to 0.8") == ["2", "1", "0.5"]
     assert cells(text, "0.9 to 1.0") == ["1", "0", "0.1"]
     assert "0.8 to 0.9" not in text

@@ -239,7 +239,7 @@ def _overshoot(folder: Path) -> str:
 
 
 def _arrivals(row: Row) -> str:
-    """Whether the robot is wrong as often as it says it may be when it stops; empty without."""
+    """How often the robot is wrong beside how often it says it may be; empty without arrivals."""
     said = [
         (int(sure[1]) / 100, goal.success)
         for goal in (result.goals[0] for result in _results(row))
@@ -255,7 +255,7 @@ def _arrivals(row: Row) -> str:
             )
     header = ("probability of the place", "said that it had arrived", "wrongly",
               "wrongly, by these probabilities")  # fmt: skip
-    title = "## Whether the robot is as sure as it may be where it stops"
+    title = "## How sure the robot was where it said that it had arrived"
     return f"{title}\n\n{markdown_table(header, lines)}" if lines else ""
 
 
