@@ -157,10 +157,8 @@ def in_kitchen(search, grid, probabilities):
         belief = believed(at={(5.1, 2.1): probabilities(step), (1.1, 3.1): 0.3})
         decision = search.go(KITCHEN, belief, grid, planar(4.6, 2.1, yaw))
         activities.append(decision.activity)
-        if decision.activity == "looking around":
-            assert (
-                decision.threshold == CONFIG.objectnav.search.sure
-            )  # though it may fall meanwhile
+        if decision.activity == "looking around":  # the probability may fall meanwhile
+            assert decision.threshold == CONFIG.objectnav.search.sure
         if decision.ended is not None or decision.activity == "looking closer":
             return activities
         yaw += 0.29 * decision.twist.angular
