@@ -178,7 +178,7 @@ class RoombaControl:
             return
         before, counts = self.state, (values[Packet.LEFT_ENCODER], values[Packet.RIGHT_ENCODER])
         elapsed = 0.0 if before is None else now - before.stamp
-        if elapsed > self._config.silence_timeout and max(map(abs, counts)) < _RESTARTED:
+        if elapsed > self._config.silence_timeout and self._may_have_restarted(counts):
             self._odometry.skip()
         farthest = _FASTEST * (elapsed + _BURST)
         if not self._odometry.update(*counts, farthest):
@@ -198,6 +198,12 @@ class RoombaControl:
         ahead = right == left > 0 and not any(self._odometry.at_rest)
         self._caster_wheel.observe(state, ahead=ahead)
         self._compare(values, self.state)
+
+    def _may_have_restarted(self, counts: tuple[int, int]) -> bool:
+        """Whether encoders that were not heard for a while may count from 0 again."""
+        before = self._odometry.counts or (0, 0)
+        fewer = any(abs(new) < abs(old) for new, old in zip(counts, before, strict=True))
+        return fewer and max(map(abs, counts)) < _RESTARTED
 
     def _learned_offset(self, reported: int, now: float) -> int | None:
         """The offset, once known: Start leads to mode 1, Passive, which some firmware calls 2."""

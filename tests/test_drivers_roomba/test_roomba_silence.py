@@ -27,6 +27,17 @@ def test_a_base_that_falls_silent_at_rest_is_not_woken_for_half_a_second(rig):
     assert rig.stub.mode is BaseMode.PASSIVE
 
 
+def test_what_it_rolls_in_silence_counts_though_its_encoders_have_counted_little(rig):
+    rig.drive(Twist(0.05, 0.0), 0.2)
+    rig.stub.publish = lambda: None
+    before = rig.floor.wheel_travel[0]
+    rig.drive(Twist(0.05, 0.0), 0.3)
+    del rig.stub.publish
+    rig.settle()
+    assert before + 0.005 < rig.floor.wheel_travel[0] < 0.04  # 100 counts are 0.044 m
+    assert rig.error()[0] < 0.001
+
+
 def ended(number):
     """End all while it rolls, with byte `number` lost; the rig, and how long it rolls on."""
     rig = BadLineRig(number, lambda byte: b"")
