@@ -104,6 +104,16 @@ def test_a_blown_up_map_has_as_many_more_views_of_places_and_they_can_be_believe
     assert belief.seen.any()
 
 
+def test_a_map_of_more_elements_is_cut_with_its_views_of_places():
+    bundle = bundle_of()
+    count = len(bundle.elements.frames) - 4
+    few = blown_up(bundle, count)
+    assert len(few.elements.frames) == count
+    whole = (bundle.places.elements < count).all(axis=1)
+    assert 0 < whole.sum() < len(whole)
+    np.testing.assert_array_equal(few.places.elements, bundle.places.elements[whole])
+
+
 def test_a_rival_keeps_a_core_busy_and_ends():
     with rival():
         children = subprocess.run(

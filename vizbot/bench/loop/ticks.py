@@ -111,7 +111,7 @@ def _sum(timer: StageTimer) -> float:
 def blown_up(bundle: MapBundle, count: int) -> MapBundle:
     """The map with `count` elements, and as many more views of places: copies, each a little off.
 
-    A copy has the frame and keyframe of its original.
+    A copy has the frame and keyframe of its original. A map of more elements is cut to the first.
     """
     elements, rng = bundle.elements, np.random.default_rng(0)
     source = np.sort(np.arange(count) % len(elements.keyframes))
@@ -144,8 +144,9 @@ def _more_places(rows: PlaceRows, source: NDArray[np.int64], rng: np.random.Gene
     """
     first, counts = np.unique(source, return_index=True, return_counts=True)[1:]
     copies = int(counts.max(initial=1))
-    many = np.tile(np.arange(len(rows)), copies)
-    number = np.repeat(np.arange(copies), len(rows))[:, None]
+    left = np.flatnonzero((rows.elements < len(first)).all(axis=1))
+    many = np.tile(left, copies)
+    number = np.repeat(np.arange(copies), len(left))[:, None]
     of = rows.elements[many]
     points = rows.points_keyframe[many] + 0.05 * rng.standard_normal((len(many), 3), np.float32)
     return PlaceRows(
