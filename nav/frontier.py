@@ -85,12 +85,13 @@ def _unseen_around(
     """Unexplored cells (N,) on rays from `starts` (N, 2) row, col, weighted by their share."""
     rays = 72
     unseen = np.zeros(len(starts))
-    for k in range(len(starts)):
-        for ray in range(rays):
-            angle = 2 * np.pi * ray / rays
+    for ray in range(rays):
+        angle = 2 * np.pi * ray / rays
+        down, right = np.sin(angle), np.cos(angle)
+        for k in range(len(starts)):
             for i in range(1, int(2 * reach)):
-                r = int(np.floor(starts[k, 0] + 0.5 * i * np.sin(angle)))
-                c = int(np.floor(starts[k, 1] + 0.5 * i * np.cos(angle)))
+                r = int(np.floor(starts[k, 0] + 0.5 * i * down))
+                c = int(np.floor(starts[k, 1] + 0.5 * i * right))
                 inside = 0 <= r < explored.shape[0] and 0 <= c < explored.shape[1]
                 if not inside or occupied[r, c]:
                     break
@@ -222,8 +223,12 @@ class FrontierSearch:
         """
         config = self._config
         chosen: list[tuple[NDArray[np.float64], float]] = []
-        for along in frontiers(grid, explored, costmap, config.min_length):
-            to_see = gains(grid, explored, along, config.gain_reach, costmap)
+        found = frontiers(grid, explored, costmap, config.min_length)
+        points_xy = np.concatenate([np.zeros((0, 2)), *found])
+        to_see_all = gains(grid, explored, points_xy, config.gain_reach, costmap)
+        begins = np.cumsum([0, *(len(along) for along in found)])
+        for along, begin in zip(found, begins[:-1], strict=True):
+            to_see = to_see_all[begin : begin + len(along)]
             best = int(np.argmax(to_see >= config.good_view * to_see.max()))
             if to_see[best] >= config.min_gain:
                 chosen.append((along[best], to_see[best]))

@@ -162,7 +162,7 @@ def sees(
         ((xy - grid.origin) / grid.resolution)[::-1] for xy in (from_xy, to_xy)
     )
     extent = own_extent / grid.resolution
-    return bool(_clear_line(costmap.clearance, row, col, goal_row, goal_col, extent))
+    return bool(clear_line(costmap.clearance, row, col, goal_row, goal_col, extent))
 
 
 @njit(  # type: ignore[untyped-decorator]
@@ -170,7 +170,7 @@ def sees(
     cache=True,
     nogil=True,
 )
-def _clear_line(
+def clear_line(
     clearance: NDArray[np.float32],
     row: float,
     col: float,
@@ -223,6 +223,6 @@ def _nearest_goals(
                 if distance >= nearest[r - top, c - left]:
                     continue
                 front_row, front_col = seen_cells[k]
-                if _clear_line(clearance, r + 0.5, c + 0.5, front_row, front_col, own_extent):
+                if clear_line(clearance, r + 0.5, c + 0.5, front_row, front_col, own_extent):
                     nearest[r - top, c - left] = distance
                     region[r - top, c - left] = indices[k]
