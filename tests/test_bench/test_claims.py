@@ -140,9 +140,10 @@ def test_default_rows_of_two_folders_are_paired_where_they_share_episodes(tmp_pa
 
 def test_episodes_of_several_goals_are_counted_by_home_and_by_goals_in_a_row(tmp_path):
     reached, missed = (episode(1100, "sofa", success).goals[0] for success in (True, False))
+    wrong = replace(missed, claimed=True)
     runs = [
         replace(episode(home, "sofa", True), episode=Episode(home, ("sofa",) * 4), goals=goals)
-        for home, goals in ((1100, (reached,) * 4), (1100, (reached, missed)), (1101, (missed,)))
+        for home, goals in ((1100, (reached,) * 4), (1100, (reached, wrong)), (1101, (missed,)))
     ]
     Store(tmp_path / "few" / "multi-default.jsonl", EpisodeResult).add("key", "c0", "2", *runs)
     facts = kept_facts(tmp_path)["few"]["multi-default"]
@@ -150,6 +151,16 @@ def test_episodes_of_several_goals_are_counted_by_home_and_by_goals_in_a_row(tmp
     assert (facts["asked_for"], facts["ended_at"], facts["ended"]) == ({"sofa": 7}, {"sofa": 2}, 2)
     assert [facts[f"at_least_{n}"]["count"] for n in (1, 2, 3, 4)] == [2, 1, 1, 1]
     assert (facts["all"]["count"], facts["all"]["of"]) == (1, 3)
+    assert facts["said_wrongly"] == 1
+    assert facts["steps"] == 100.0
+
+
+def test_goals_in_a_row_are_paired_with_goals_in_a_row(tmp_path):
+    for name, failed in (("objectnav-default", ()), ("multi-default", (1, 2)), ("multi-old", (3,))):
+        results = [episode(1100 + i, "sofa", i not in failed) for i in range(5)]
+        Store(tmp_path / "few" / f"{name}.jsonl", EpisodeResult).add("key", "c0", "2", *results)
+    paired = kept_facts(tmp_path)["few"]["multi-old"]["default_against"]
+    assert paired == {"wins": 1, "losses": 2, "p": 1.0}
 
 
 def test_every_figure_of_this_repository_is_what_its_rows_say(monkeypatch):

@@ -142,6 +142,12 @@ def test_failures_and_goals_in_a_row_are_told(folder):
     assert cells(text, "home 1041, sofa")[:2] == ["3.00 m away", "sure"]
     in_a_row = text.split("## Four goals in a row")[1]
     assert cells(in_a_row, "default")[:5] == ["1", "1", "1", "1", "1"]
+    assert "Only default reached all four" not in in_a_row
+    fewer = replace(four, goals=(*four.goals[:3], driven(EPISODES[3], success=False).goals[0]))
+    keep(folder, "old", "c0ffee", [fewer], bench="multi")
+    in_a_row = search_page(folder, folder / "search.md").split("## Four goals in a row")[1]
+    assert cells(in_a_row, "old")[:5] == ["1", "1", "1", "1", "0"]
+    assert "Only default reached all four 1 times, only old 0 times" in in_a_row
 
 
 def test_questions_to_maps_are_told_by_each_encoder(folder):

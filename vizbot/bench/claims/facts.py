@@ -27,8 +27,8 @@ from vizbot.bench.slam.hours import DrivenHours, hours_result
 from vizbot.bench.slam.lap_scores import LapResult, laps_result
 from vizbot.bench.slam.relocalisation import StartResult
 
-DEFAULT = "objectnav-default"
-"""The row that the others of its folder are paired with."""
+DEFAULT, IN_A_ROW = "objectnav-default", "multi-default"
+"""The rows that the others of their folder are paired with."""
 
 Facts = dict[str, Any]
 """Names and figures, nested; rates are in percent."""
@@ -80,10 +80,10 @@ def kept_facts(rows: Path) -> Facts:
         elif folder.name == "faults" and path.stem == "drives":
             inner["totals"] = _fault_totals(path.parent)
     for inner in facts.values():
-        if DEFAULT in inner:
-            for row in inner.values():
-                if "reached" in row:
-                    row["default_against"] = _paired(inner[DEFAULT]["reached"], row["reached"])
+        for name, row in inner.items():
+            default = inner.get(IN_A_ROW if name.startswith("multi-") else DEFAULT)
+            if default is not None and "reached" in row:
+                row["default_against"] = _paired(default["reached"], row["reached"])
     defaults = {name: inner[DEFAULT] for name, inner in facts.items() if DEFAULT in inner}
     for name, row in defaults.items():
         row["against"] = {
@@ -134,7 +134,10 @@ def _multi(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
     facts["asked_for"] = Counter(goal.text for result in results for goal in result.goals)
     facts["ended_at"] = Counter(r.goals[-1].text for r in results if not r.success)
     facts["ended"] = facts["ended_at"].total()
+    facts["said_wrongly"] = sum(g.claimed and not g.success for r in results for g in r.goals)
+    facts["steps"] = mean(goal.steps for result in results for goal in result.goals)
     facts["within_reach"] = rate_facts(within_reach(results))
+    facts["reached"] = {result.episode: result.success for result in results}
     facts["all"] = rate_facts(Rate.over(result.success for result in results), over_homes)
     return facts
 

@@ -211,12 +211,13 @@ def _differences(rows: Mapping[str, Row], names: Sequence[str]) -> str:
 
 def _in_a_row(folder: Path) -> str:
     """Four goals in a row over 3 m away, by both searches; empty where none was driven."""
-    lines = []
+    lines, driven = [], dict[str, Sequence[EpisodeResult]]()
     for name in (OLD, DEFAULT):
         path = results_file(folder, multi_goal.NAME, name)
         results = _results(Store(path, EpisodeResult).fullest())
         if not results:
             continue
+        driven[name] = results
         rates = multi_goal.at_least_rates(results)
         over_homes = interval_over_homes(
             (each.episode.home, each.reached >= multi_goal.GOALS) for each in results
@@ -228,7 +229,22 @@ def _in_a_row(folder: Path) -> str:
     header = ("episodes that reach at least", "of", "1", "2", "3", "4", "95 % of the last (Wilson)",
               "95 % of the last over homes")  # fmt: skip
     title = "## Four goals in a row, each over 3 m from where the robot stands"
-    return f"{title}\n\n{markdown_table(header, lines)}" if lines else ""
+    parts = [title, markdown_table(header, lines), _won_in_a_row(driven)]
+    return "\n\n".join(part for part in parts if part) if lines else ""
+
+
+def _won_in_a_row(driven: Mapping[str, Sequence[EpisodeResult]]) -> str:
+    """The episodes in which one of the searches alone reached all four; empty without both."""
+    if driven.keys() != {OLD, DEFAULT}:
+        return ""
+    ours, theirs = (
+        {each.episode: each.success for each in driven[name]} for name in (DEFAULT, OLD)
+    )
+    pairs = PairedCounts.over(ours, theirs)
+    return (
+        f"Only {DEFAULT} reached all four {pairs.wins} times, only {OLD} {pairs.losses} times"
+        f" (exact paired test, p = {pairs.p:.2g})."
+    )
 
 
 def _overshoot(folder: Path) -> str:
