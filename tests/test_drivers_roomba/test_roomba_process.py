@@ -76,6 +76,8 @@ def driving(stub, floor):
     yield program
     program.kill()
     program.wait()
+    # Who stops the wheels for it must not find the next stub, which may get the same path.
+    wait_for(lambda: stub.mode is BaseMode.PASSIVE)
 
 
 def still(floor):
