@@ -147,7 +147,8 @@ class _Spreading:
         if self._waiting == 0 or dearest < self._settled:
             return False
         limit = dearest if dearest < np.inf else max(1.25 * self._settled, _NEAR)
-        last = int(limit / self._resolution)
+        # At the rim of what is settled the division may round down to the bucket before.
+        last = max(int(limit / self._resolution), self._bucket)
         self._waiting = _spread(
             self._price.ravel(), self._price.shape[1], self._resolution, self._bucket, last,
             self._waiting, self._values, self._chains, self._chain_of, self._links,

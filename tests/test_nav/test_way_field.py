@@ -138,6 +138,18 @@ def test_only_what_is_asked_about_is_spread_to():
     assert 0.0 < np.isfinite(field._spreading.field).mean() < 0.5
 
 
+@pytest.mark.parametrize("resolution", [0.05, 0.07])
+def test_a_cost_at_the_rim_of_what_is_settled_is_spread_beyond(resolution):
+    grid = OccupancyGrid(np.zeros((200, 200), np.float32), resolution, np.zeros(2))
+    costmap, field = LiveCostmap(CONFIG).update(grid), WayField()
+    field.update(costmap, np.array([1.0, 1.0]))
+    spreading, before = field._spreading, 0.0
+    while spreading.goes_beyond(np.array([before])):
+        assert spreading._settled > before
+        before = spreading._settled
+    assert before > 5.0
+
+
 def test_what_lies_on_an_obstacle_is_reached_from_beside_it():
     occupancy = np.zeros((60, 60), np.float32)
     occupancy[30:34, 30:34] = 1.0
