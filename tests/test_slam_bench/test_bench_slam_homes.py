@@ -192,6 +192,25 @@ def test_the_replay_knows_its_last_faulty_frame(monkeypatch):
         assert slam_homes._track(run, Config()).fault_end == fault_end
 
 
+def test_starts_are_drawn_in_the_map_of_the_recording_without_a_fault_alone(tmp_path, monkeypatch):
+    tracked, drawn = SimpleNamespace(slam="map", grid=None, T_world_map=None), []
+    monkeypatch.setattr(slam_homes, "record_laps", lambda *job: None)
+    monkeypatch.setattr(slam_homes, "_replayed", lambda job, fault: fault)
+    monkeypatch.setattr(slam_homes, "_track", lambda fault, config: drawn.append(fault) or tracked)
+    monkeypatch.setattr(slam_homes, "_scored", lambda home, fault, tracked: result(home, fault))
+    monkeypatch.setattr(slam_homes, "random_starts", lambda home, slam, *rest: [start(0)])
+    for missing, starts, followed in (
+        (tuple(FAULTS), True, tuple(FAULTS)),
+        (("no gyroscope",), False, ("no gyroscope",)),
+        ((), True, (AS_RECORDED,)),
+    ):
+        drawn.clear()
+        job = slam_homes._Job(1000, tmp_path, missing, starts, Config(), LapConfig())
+        laps, found = slam_homes._work(job)
+        assert (tuple(lap.fault for lap in laps), len(found)) == (missing, int(starts))
+        assert tuple(drawn) == followed
+
+
 def test_a_closure_of_places_over_two_metres_apart_is_wrong_and_counted():
     along = np.array([0.0, 0.5, 1.9, 2.1, 2.1])
     truth = np.tile(np.eye(4), (5, 1, 1))

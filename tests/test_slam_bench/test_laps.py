@@ -11,6 +11,7 @@ from mapping.odometry.config import DeadReckoningConfig
 from mapping.odometry.dead_reckoning import DeadReckoning
 from mapping.slam.slam import Slam
 from mapping.trajectory_error import normalised_errors
+from vizbot.bench.episodes.calibration_error import EXACT
 from vizbot.bench.harness.store import Store
 from vizbot.bench.slam import hours as slam_hours
 from vizbot.bench.slam.lap_scores import consistent_nees
@@ -26,7 +27,7 @@ LAPS = LapConfig(laps=1, rooms=1, rate=4.0, standing=0.6)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("lap") / "home-0"
-    record_laps(0, folder, Config(), LAPS)
+    record_laps(0, folder, Config(), LAPS, EXACT)
     return folder
 
 
@@ -91,6 +92,18 @@ def test_a_recording_is_a_sequence_in_tum_layout_and_is_not_made_twice(folder):
     written = (folder / "associations.txt").stat().st_mtime_ns
     record_laps(0, folder, Config(), LAPS)
     assert (folder / "associations.txt").stat().st_mtime_ns == written
+
+
+def test_what_a_calibration_leaves_is_in_the_recording_and_the_robot_does_not_know(
+    folder, tmp_path
+):
+    brief = LapConfig(laps=1, rooms=1, rate=1.0, standing=0.6)
+    record_laps(0, tmp_path / "drawn", Config(), brief)
+    record_laps(0, tmp_path / "exact", Config(), brief, EXACT)
+    drawn, exact = (next(iter(replay(tmp_path / name))) for name in ("drawn", "exact"))
+    assert drawn.frame.intrinsics == exact.frame.intrinsics
+    off = np.linalg.norm(drawn.T_world_cam[:3, 3] - exact.T_world_cam[:3, 3])
+    assert off == pytest.approx(0.005, abs=1e-4)
 
 
 def test_a_torn_recording_is_refused_by_name(folder, tmp_path):

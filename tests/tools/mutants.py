@@ -124,7 +124,8 @@ def drawn(root: Path, seed: int) -> list[Mutant]:
 def matching_tests(root: Path, path: str) -> list[str]:
     """Test files that import a module, then those that import a module that imports it.
 
-    Among either the files come first that name most of what the module defines.
+    Among either the file that has its name comes first, then those that name most of what the
+    module defines.
     """
     source = (root / path).read_text()
     defined = set(re.findall(r"^(?: {4}def |def |class )?(\w+)(?:\(| =|:)", source, re.MULTILINE))
@@ -134,7 +135,8 @@ def matching_tests(root: Path, path: str) -> list[str]:
     users = (str(user.relative_to(root)) for user in _importing(root, path, modules))
     found = near.union(*(_importing(root, user, tests) for user in users))
     named = {t: len(defined.intersection(re.findall(r"\w+", t.read_text()))) for t in found}
-    ordered = sorted(found, key=lambda t: (t not in near, -named[t], t))
+    own = f"test_{Path(path).name}"
+    ordered = sorted(found, key=lambda t: (t not in near, t.name != own, -named[t], t))
     return [str(test.relative_to(root)) for test in ordered]
 
 

@@ -157,7 +157,9 @@ def run_slam_homes(
 
 def recording_folder(fingerprint: Fingerprint, laps: LapConfig, config: Config) -> Path:
     """The folder of the recordings of these homes with these settings, one folder a home."""
-    by = key_of_sources("drivers", "vizbot/bench/slam/laps.py")
+    by = key_of_sources(
+        "drivers", "vizbot/bench/slam/laps.py", "vizbot/bench/episodes/calibration_error.py"
+    )
     settings = key_of_settings(config.mount, config.roomba, config.sim_camera, config.world, laps)
     return RECORDINGS / f"{fingerprint.homes}-{by}-{settings}"
 

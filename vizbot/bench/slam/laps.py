@@ -2,7 +2,8 @@
 
 The robot is driven by its true pose. Its devices are those of a dry run: camera, gyroscope and
 wheels, with all their noise. A recording is a folder in TUM layout, which any program can read,
-with `odometry.txt`, `gyroscope.txt` and `accelerometer.txt` beside the images.
+with `odometry.txt`, `gyroscope.txt` and `accelerometer.txt` beside the images. What a calibration
+leaves is drawn for each home: mount, intrinsics and wheels are not quite what the robot believes.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ from nav.config import CostmapConfig, FollowerConfig
 from nav.costmap import Costmap, build_costmap
 from nav.follower import follow_path
 from sim_stubs.world.world import World
+from vizbot.bench.episodes.calibration_error import CalibrationError
+from vizbot.bench.episodes.episode import Episode
 from vizbot.bench.episodes.homes import open_benchmark_home
 from vizbot.bench.slam.replays import SENSORS, ReplayFrame
 from vizbot.config import Config
@@ -59,8 +62,17 @@ class LapConfig(BaseModel):
     """Speeds of the robot."""
 
 
-def record_laps(seed: int, folder: Path, config: Config, laps: LapConfig) -> None:
+def record_laps(
+    seed: int, folder: Path, config: Config, laps: LapConfig, error: CalibrationError | None = None
+) -> None:
     """Record a home, unless `folder` holds it already.
+
+    Args:
+        seed: Seed of the home.
+        folder: Of the recording.
+        config: Settings of the robot.
+        laps: What is driven.
+        error: How the true robot differs from the settings; None for what is drawn for the home.
 
     Raises:
         VizbotError: the robot does not get through the home.
@@ -73,11 +85,15 @@ def record_laps(seed: int, folder: Path, config: Config, laps: LapConfig) -> Non
     config = config.model_copy(
         update={"sim_camera": config.sim_camera.model_copy(update={"rate": laps.rate})}
     )
-    with open_benchmark_home(seed, config) as world, Rig(config, "sim", "sim", world) as rig:
+    error = error or CalibrationError.drawn(Episode(seed, ()))
+    with (
+        open_benchmark_home(seed, config, error) as world,
+        Rig(config, "sim", "sim", world) as rig,
+    ):
         recording = _RecordingWriter(folder)
         for frame in _drive_laps(world, rig.devices, laps):
             recording.add(frame)
-        camera = world.intrinsics
+        camera = world.reported_intrinsics
         recording.finish()
     calibration = asdict(camera) | {"depth_scale": _DEPTH_SCALE}
     write_whole(folder / "camera.json", json.dumps(calibration).encode())

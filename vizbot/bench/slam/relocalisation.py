@@ -13,6 +13,8 @@ from mapping.keyframes.anchors import Keyframes
 from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.slam import Slam
 from sim_stubs.homes.geometry.occupancy_slice import reachable
+from vizbot.bench.episodes.calibration_error import CalibrationError
+from vizbot.bench.episodes.episode import Episode
 from vizbot.bench.episodes.homes import open_benchmark_home
 from vizbot.bench.harness.tables import markdown_table
 from vizbot.config import Config
@@ -79,7 +81,11 @@ def random_starts(
     keyframes, views = Keyframes(np.array(ids, np.int32), np.zeros(len(ids)), poses), saved.views()
     mount, settings = config.mount.T_base_cam, config.perception
     results = []
-    with open_benchmark_home(home, config) as world, Rig(config, "sim", "sim", world) as rig:
+    error = CalibrationError.drawn(Episode(home, ()))
+    with (
+        open_benchmark_home(home, config, error) as world,
+        Rig(config, "sim", "sim", world) as rig,
+    ):
         camera, base = rig.devices.camera, rig.devices.base
         assert base is not None
         free, plan = world.free
@@ -95,7 +101,7 @@ def random_starts(
             x, y = places[rng.integers(len(places))].tolist()
             world.place(x, y, float(rng.uniform(-np.pi, np.pi)))
             around = LocalMap(lambda: grid, settings.depth_mapper, settings.surroundings)
-            slam = Slam(world.intrinsics, mount, settings.slam, around)
+            slam = Slam(world.reported_intrinsics, mount, settings.slam, around)
             slam.start_in_map(keyframes, views)
             rate = config.objectnav.recognising_rate
             limit = int(_TURN / rate * config.sim_camera.rate)
