@@ -10,7 +10,8 @@ from mapping.clip.weights import FILE, fitted_weights
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import things_named
 from sim_stubs.scoring.places import are_true, true_places
-from vizbot.bench.fast_world.fit import HOMES, logistic
+from vizbot.bench.fast_world import fit
+from vizbot.bench.fast_world.fit import HOMES, SeenHome, logistic
 
 
 def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from():
@@ -40,6 +41,26 @@ def test_a_regression_finds_what_made_the_outcomes():
     assert logistic(inputs, outcomes, np.ones(20_000)) == pytest.approx(truth, abs=0.1)
     half = np.where(inputs[:, 0] > 0, 1.0, 1e-9)
     assert logistic(inputs, outcomes, half) == pytest.approx(truth, abs=0.2)
+
+
+def test_places_are_looked_at_early_and_late_on_a_walk(monkeypatch):
+    views = 20
+    places = np.stack([np.arange(views), np.zeros(views, np.int64)], axis=1)
+    there = np.zeros((1, views), bool)
+    there[0, 3] = True
+    home = SeenHome(
+        {"sofa": np.zeros((views, 19), np.float32)}, {}, {"sofa": (there, np.zeros(2, np.int64))},
+        {"sofa": np.zeros(views, np.float32)}, np.ones(views, np.float32), places,
+        np.arange(views + 1), np.arange(views), 0.25 * places, np.zeros(views, np.int64),
+    )  # fmt: skip
+    monkeypatch.setattr(fit, "walk_in", lambda home, rng: list(range(views)))
+    monkeypatch.setattr(fit, "_KEPT", 1.0)
+    weights = np.zeros(19)
+    found = list(fit._joined(home, weights, weights, np.random.default_rng(0)))
+    assert [len(outcomes) for _, outcomes, _ in found] == [5, 8, 14, 20] * 3
+    for features, outcomes, counts in found:
+        assert len(features) == len(outcomes) == len(counts)
+        assert outcomes.sum() == 1.0 and (counts == 1.0).all()
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
 from vizbot.bench.episodes.run import encoder_of
-from vizbot.bench.fast_world import bench
+from vizbot.bench.fast_world import bench, walk
 from vizbot.bench.fast_world.bench import fast_result, standard_error
 from vizbot.bench.fast_world.minds import BeliefMind
 from vizbot.bench.fast_world.places import Places
@@ -111,6 +112,14 @@ def test_a_perfect_stop_ends_where_the_judge_agrees(home, monkeypatch):
     monkeypatch.setattr(FastHome, "is_arrival", lambda self, text: True)
     result = walked(home, perfect_stop=True)
     assert result.goals[0].steps == 1 and result.goals[0].claimed
+
+
+@pytest.mark.parametrize("away", [None, 2.34567])
+def test_how_far_the_judge_finds_the_goal_is_kept(home, monkeypatch, away):
+    verdict = SimpleNamespace(success=False, reason="far", distance=away)
+    monkeypatch.setattr(walk, "judge", lambda *args, **options: verdict)
+    monkeypatch.setattr(FastHome, "is_arrival", lambda self, text: True)
+    assert walked(home, perfect_stop=True).goals[0].distance == (away and 2.346)
 
 
 @pytest.mark.parametrize("true", [True, False])

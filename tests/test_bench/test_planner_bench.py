@@ -1,6 +1,7 @@
 """The planner's bench: equal problems, costs checked, what is missing said, figures added up."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -58,6 +59,41 @@ def test_a_peer_by_the_same_rules_must_find_the_same_cost(cases):
     wrong = peers.Peer("wrong", "", lambda case: lambda: 0.99 * cost, same_rules=True)
     with pytest.raises(VizbotError, match=r"wrong finds a path of"):
         bench.case_times(case, [ours, wrong])
+
+
+def test_what_no_way_leads_to_costs_nothing_that_could_be_told(cases):
+    case = cases["open, 200 x 200, near, 1 goal"]
+    for cost, found in ((math.inf, None), (12.34567, 12.346)):
+        only = peers.Peer("only", "", lambda case, cost=cost: lambda: cost)
+        times = bench.case_times(case, [only])
+        assert times.cost == found and [each.equal for each in times.times] == [True]
+
+
+def test_nano_astar_is_asked_in_cells_where_every_cell_costs_the_same(cases):
+    case = next(
+        case for case in cases.values()
+        if len(case.goals) == 1 and len(set(case.costmap.cost[np.isfinite(case.costmap.cost)])) == 1
+    )  # fmt: skip
+    asked = []
+    module = SimpleNamespace(astar=lambda grid, start, goal: asked.append(grid) or ([], 40.0))
+    metre = case.costmap.grid.resolution * case.costmap.cost[tuple(case.start)]
+    assert peers._nano_astar(module).prepare(case)() == pytest.approx(40.0 * metre)
+    assert np.array_equal(asked[0] == 1, np.isinf(case.costmap.cost))
+    module.astar = lambda *_: None
+    assert peers._nano_astar(module).prepare(case)() == math.inf
+    several = next(case for case in cases.values() if len(case.goals) > 1)
+    assert peers._nano_astar(module).prepare(several) is None
+
+
+@pytest.mark.parametrize(("quick", "sizes"), [(True, {200}), (False, set(bench.SIZES))])
+def test_a_quick_run_leaves_out_the_large_grids(monkeypatch, quick, sizes):
+    asked = []
+    monkeypatch.setattr(bench, "planner_cases", lambda sizes: asked.extend(sizes) or [])
+    monkeypatch.setattr(bench, "home_map_time", lambda: 1.0)
+    monkeypatch.setattr(bench, "reference_ms", lambda: 1.0)
+    monkeypatch.setattr(bench, "open_peers", lambda: ([], []))
+    monkeypatch.setattr(bench, "planner_result", lambda run: run)
+    assert bench.run_planner(quick, None).cases == () and set(asked) == sizes
 
 
 def test_a_missing_package_or_compiler_is_a_line(monkeypatch):

@@ -2,6 +2,7 @@
 
 import itertools
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -144,6 +145,27 @@ def test_every_hour_is_told_and_the_rest(folder, monkeypatch):
     outcome = slam_hours.hours_result(driven)
     assert outcome.summary["last_over_first"] == hours[-1].ms_mean / hours[0].ms_mean
     assert "driven to and fro" in outcome.text
+
+
+def test_a_run_of_whole_hours_ends_with_the_last_of_them(monkeypatch):
+    monkeypatch.setattr(slam_hours, "_HOUR", 8.0)
+    monkeypatch.setattr(
+        slam_hours,
+        "_Log",
+        lambda moment: SimpleNamespace(hour=lambda slam: "an hour", add=lambda *_: None),
+    )
+    tracked = SimpleNamespace(T_map_cam=np.eye(4))
+    slam = SimpleNamespace(track=lambda *_: tracked)
+    monkeypatch.setattr(slam_hours, "Slam", lambda *_: slam)
+    frames = (
+        SimpleNamespace(
+            frame=SimpleNamespace(stamp=4.0 * i, intrinsics=None), T_odom_base=None,
+            T_world_cam=np.eye(4),
+        )
+        for i in range(20)
+    )  # fmt: skip
+    assert list(slam_hours.track_hours(frames, 2.0, Config())) == ["an hour"] * 2
+    assert next(frames).frame.stamp == 20.0
 
 
 def test_hours_are_kept_with_all_that_their_table_needs(folder, monkeypatch, tmp_path):

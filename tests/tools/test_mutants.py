@@ -90,6 +90,9 @@ def test_a_seed_draws_the_same_mutants_again(tree):
 def test_tests_of_the_module_come_before_those_of_its_users(tree):
     found = matching_tests(tree, "vizbot/bench/late.py")
     assert found == ["tests/test_late.py", "tests/test_a_user.py"]
+    (tree / "tests/test_all.py").write_text(f"{TEST}\nlogging = seconds = limit = unused = late\n")
+    found = matching_tests(tree, "vizbot/bench/late.py")
+    assert found == ["tests/test_late.py", "tests/test_all.py", "tests/test_a_user.py"]
 
 
 def test_a_mutant_is_killed_survives_fails_at_import_or_meets_a_test_that_fails_anyway(

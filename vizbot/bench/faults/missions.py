@@ -18,6 +18,7 @@ from sim_stubs.scoring.success import judge
 from vizbot.bench.episodes.calibration_error import CalibrationError
 from vizbot.bench.episodes.episode import Episode
 from vizbot.bench.episodes.homes import open_episode, survey
+from vizbot.bench.episodes.latency import Latencies, slow_devices
 from vizbot.bench.episodes.run import encoder_of
 from vizbot.bench.faults.minimal_robot import LogObserver, map_survives
 from vizbot.bench.faults.monitor import FaultMonitor, FaultStop
@@ -172,6 +173,7 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
         rig = opened.enter_context(Rig(config, "sim", "sim", world, faults=planned))
         clock = rig.devices.clock
         assert isinstance(clock, SimulatedClock)
+        devices = slow_devices(rig.devices, Latencies.kept(), config, world.seed)
         observers: list[Observer] = []
         observer = monitor = None
         if rig.schedule is not None and rig.faulty_base is not None:
@@ -185,12 +187,12 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
                 rig.faulty_base, rig.schedule, clock, 1.0 / config.sim_camera.rate
             )
             clock.attach(monitor)
-        pipeline = Pipeline(rig.devices, encoder, config, observers)
+        pipeline = Pipeline(devices, encoder, config, observers)
         goal = pipeline.goal(mission.goal)
         with limit_wall_time(_HUNG):
             outcome, reason, crash = run_to_end(
                 pipeline,
-                rig.devices,
+                devices,
                 goal,
                 observer,
                 monitor,
