@@ -3,6 +3,7 @@
 `python -m tests.tools.mutants RESULTS.jsonl` draws them in equal parts from all comparisons,
 constants, conditions and returned verdicts, and runs the test files that match each one in a
 temporary copy of the working tree. RESULTS.jsonl keeps what became of each; a later run goes on.
+Each mutant is drawn by itself, so that a change of the sources leaves the other ones drawn.
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
@@ -49,7 +52,16 @@ Change = tuple[str, ast.expr, str]
 
 @dataclass(frozen=True, slots=True)
 class Mutant:
-    """A change to one expression, which lies between two bytes of a file of the working tree."""
+    """A change to one expression of a file of the working tree.
+
+    Attributes:
+        path: The file, from the root of the tree.
+        line: Where the expression begins.
+        start, end: The bytes between which it lies.
+        kind: One of `KINDS`.
+        before, after: The expression and its replacement.
+        number: How many equal changes come before it in the file.
+    """
 
     path: str
     line: int
@@ -58,24 +70,32 @@ class Mutant:
     kind: str
     before: str
     after: str
+    number: int
+
+    @property
+    def name(self) -> str:
+        """What remains the same when the file changes elsewhere."""
+        return repr((self.path, self.kind, self.before, self.after, self.number))
 
     def apply(self, source: bytes) -> bytes:
         """The source with this change."""
         return source[: self.start] + f"({self.after})".encode() + source[self.end :]
 
 
-def mutants_of(path: str, source: bytes, rng: random.Random) -> list[Mutant]:
+def mutants_of(path: str, source: bytes, seed: int) -> list[Mutant]:
     """One mutant of each comparison, constant, condition and verdict that is more than text."""
     starts = [0, *itertools.accumulate(map(len, source.splitlines(keepends=True)))]
-    found = []
-    for kind, node, after in _changes(ast.parse(source), "", rng):
+    found, seen = [], Counter[tuple[str, str, str]]()
+    for kind, node, after in _changes(ast.parse(source), "", seed):
         start = starts[node.lineno - 1] + node.col_offset
         end = starts[(node.end_lineno or 0) - 1] + (node.end_col_offset or 0)
-        found.append(Mutant(path, node.lineno, start, end, kind, ast.unparse(node), after))
+        change = kind, ast.unparse(node), after
+        found.append(Mutant(path, node.lineno, start, end, *change, seen[change]))
+        seen[change] += 1
     return found
 
 
-def _changes(node: ast.AST, returns: str, rng: random.Random) -> Iterator[Change]:
+def _changes(node: ast.AST, returns: str, seed: int) -> Iterator[Change]:
     """All changes below a node of a function that `returns` a type."""
     match node:
         case (  # these make text, or declare what no result depends on
@@ -87,11 +107,12 @@ def _changes(node: ast.AST, returns: str, rng: random.Random) -> Iterator[Change
         ):
             return
         case ast.Call(func=ast.Name(id="round"), args=[rounded, *_]):
-            yield from _changes(rounded, returns, rng)
+            yield from _changes(rounded, returns, seed)
             return
         case ast.FunctionDef(returns=ast.expr() as annotation):
             returns = ast.unparse(annotation)
         case ast.Compare(ops=operators):
+            rng = random.Random(f"{seed} {ast.unparse(node)}")
             at = rng.randrange(len(operators))
             other = rng.choice(OTHERS[type(operators[at])])()
             others = [*operators[:at], other, *operators[at + 1 :]]
@@ -103,22 +124,21 @@ def _changes(node: ast.AST, returns: str, rng: random.Random) -> Iterator[Change
         case ast.comprehension(ifs=tests):
             yield from (("condition", test, f"not ({ast.unparse(test)})") for test in tests)
         case ast.Return(value=ast.expr() as value):
-            types = returns.split(" | ")
+            types, rng = returns.split(" | "), random.Random(f"{seed} {ast.unparse(value)}")
             verdict = rng.choice(("True", "False")) if "bool" in types else "None"
             if verdict != ast.unparse(value) and {"bool", "None"} & set(types):
                 yield "verdict", value, verdict
     for child in ast.iter_child_nodes(node):
-        yield from _changes(child, returns, rng)
+        yield from _changes(child, returns, seed)
 
 
 def drawn(root: Path, seed: int) -> list[Mutant]:
     """All mutants, in the order in which they are drawn."""
-    rng, mutants = random.Random(seed), list[Mutant]()
+    mutants = list[Mutant]()
     for file in (file for folder in FOLDERS for file in sorted((root / folder).rglob("*.py"))):
         if (path := str(file.relative_to(root))) not in PICTURES:
-            mutants += mutants_of(path, file.read_bytes(), rng)
-    rng.shuffle(mutants)
-    return mutants
+            mutants += mutants_of(path, file.read_bytes(), seed)
+    return sorted(mutants, key=lambda m: sha256(f"{seed} {m.name}".encode()).digest())
 
 
 def matching_tests(root: Path, path: str) -> list[str]:
@@ -200,8 +220,10 @@ def main(
     """Draw mutants, run their tests, and print what became of each."""
     root = Path(__file__).resolve().parents[2]
     results.touch()
+    command = ["git", "describe", "--always", "--dirty=+"]
+    at = subprocess.run(command, cwd=root, check=True, **CAPTURED).stdout.strip()
     lines = map(json.loads, results.read_text().splitlines())
-    known = {str(kept["mutant"]): kept for kept in lines}
+    known = {Mutant(**kept["mutant"]).name: kept for kept in lines}
     left, places, alive = dict.fromkeys(KINDS, count // len(KINDS)), set[tuple[str, int, int]](), 0
     with tempfile.TemporaryDirectory() as folder:
         copy = Copy(root, Path(folder))
@@ -209,10 +231,10 @@ def main(
             place = mutant.path, mutant.start, mutant.end
             if left[mutant.kind] == 0 or place in places:
                 continue
-            kept = known.get(str(asdict(mutant)))
+            kept = known.get(mutant.name)
             if kept is None or (again and kept["outcome"] in ALIVE):
                 outcome, by = copy.outcome(mutant)
-                kept = {"mutant": asdict(mutant), "outcome": outcome, "by": by}
+                kept = {"commit": at, "mutant": asdict(mutant), "outcome": outcome, "by": by}
                 with results.open("a") as file:
                     file.write(json.dumps(kept) + "\n")
             places.add(place)

@@ -1,7 +1,6 @@
 """Mutants are drawn from what can change a result, and what became of them is kept."""
 
 import json
-import random
 import subprocess
 
 import pytest
@@ -58,12 +57,17 @@ def tree(tmp_path):
     ):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / path).write_text(text)
-    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
+    for command in (
+        ("init", "-q"),
+        ("add", "."),
+        ("-c", "user.name=a", "-c", "user.email=a@b", "commit", "-qm", "A tree"),
+    ):
+        subprocess.run(["git", *command], cwd=tmp_path, check=True)
     return tmp_path
 
 
 def test_what_is_drawn_changes_more_than_text():
-    found = mutants_of("late.py", SOURCE, random.Random(0))
+    found = mutants_of("late.py", SOURCE, 0)
     # Where a verdict is drawn that the source returns, there is nothing to change.
     assert {(m.kind, m.line, m.before) for m in found} - {("verdict", 21, "False")} == {
         ("constant", 6, "0.1"),
@@ -85,6 +89,17 @@ def test_what_is_drawn_changes_more_than_text():
 
 def test_a_seed_draws_the_same_mutants_again(tree):
     assert drawn(tree, 0) == drawn(tree, 0) != drawn(tree, 1)
+
+
+def test_a_change_of_the_sources_leaves_the_other_mutants_drawn(tree):
+    before = [mutant.name for mutant in drawn(tree, 0)]
+    path = tree / "vizbot/bench/late.py"
+    path.write_bytes(SOURCE.replace(b"0.5", b"12.25").replace(b'"%d", 3', b'"%d of %d", 3, 4'))
+    after = [mutant.name for mutant in drawn(tree, 0)]
+    changed = set(before) ^ set(after)
+    assert len(changed) == 2 and all("'0.5'" in name or "'12.25'" in name for name in changed)
+    left = [name for name in before if name not in changed]
+    assert left == [name for name in after if name not in changed]
 
 
 def test_tests_of_the_module_come_before_those_of_its_users(tree):
