@@ -5,13 +5,14 @@ import json
 import numpy as np
 import pytest
 
+from mapping.clip.evidence import PRIOR
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.weights import FILE, fitted_weights
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import things_named
 from sim_stubs.scoring.places import are_true, true_places
 from vizbot.bench.fast_world import fit
-from vizbot.bench.fast_world.fit import HOMES, SeenHome, logistic
+from vizbot.bench.fast_world.fit import HOMES, Omission, SeenHome, fitted, logistic
 
 
 def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from():
@@ -61,6 +62,38 @@ def test_places_are_looked_at_early_and_late_on_a_walk(monkeypatch):
     for features, outcomes, counts in found:
         assert len(features) == len(outcomes) == len(counts)
         assert outcomes.sum() == 1.0 and (counts == 1.0).all()
+
+
+def seen_at_random(views=400):
+    """A home in which the first features of a view tell, and no view shows what another one did."""
+    rng = np.random.default_rng(5)
+    there = rng.random(views) < 0.3
+    features = rng.normal(size=(views, 19)).astype(np.float32)
+    features[:, :14] += 2.0 * there[:, None]
+    places = np.stack([np.arange(views), np.zeros(views, np.int64)], axis=1)
+    return SeenHome(
+        {"sofa": features}, {"sofa": there}, {"sofa": (there[None], np.zeros(2, np.int64))},
+        {"sofa": features[:, 0]}, rng.uniform(0.5, 5.0, views).astype(np.float32), places,
+        np.arange(views + 1), np.arange(views), 0.25 * places, np.zeros(views, np.int64),
+    )  # fmt: skip
+
+
+def test_both_kinds_of_places_weigh_what_their_share_is():
+    [(features, outcomes, weights, ranges)] = fit._views(seen_at_random(), np.random.default_rng(0))
+    assert len(features) == len(ranges) == 400
+    assert weights[outcomes == 1.0].sum() == pytest.approx(PRIOR)
+    assert weights[outcomes == 0.0].sum() == pytest.approx(1.0 - PRIOR)
+
+
+@pytest.mark.parametrize("without", [None, *Omission])
+def test_what_is_left_out_weighs_nothing(without, monkeypatch):
+    monkeypatch.setattr(fit, "walk_in", lambda home, rng: list(range(400)))
+    found = fitted([seen_at_random()], without)
+    z_scores = [*found.near[7:14], *found.far[7:14]]
+    assert (np.abs(z_scores) > 1e-6).any() == (without is not Omission.Z_SCORE)
+    others = np.delete(found.join, [0, 1, 6, 8, 14, 19])
+    assert (np.abs(others) > 1e-6).any() == (without is not Omission.JOINED_VIEWS)
+    assert abs(found.join[0]) > 1e-6 and abs(found.near[0]) > 1e-6
 
 
 @pytest.fixture(scope="module")

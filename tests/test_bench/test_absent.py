@@ -70,6 +70,10 @@ def test_a_search_in_vain_has_to_be_ended_by_decision_and_not_by_its_last_step()
     result = absent.absent_result({}, [searched("zebra", outcome) for outcome in ends])
     [row] = result.rows
     assert (row["asked"], row["refused"], row["claimed"]) == (5, 0.4, 0.2)
+    alone = {"asked": 5, "present_asked": 0, "refused": 0.4, "found": None}
+    assert result.summary == alone
+    both = absent.absent_result({"default": ANSWERS}, [searched("zebra", Outcome.ARRIVED)])
+    assert both.summary == absent.absent_result({"default": ANSWERS}).summary != alone
     assert "| 40.0 |" in " ".join(result.text.split())
 
 

@@ -217,9 +217,11 @@ def test_the_summary_has_what_checks_read(fake, tmp_path):
         "episodes", "success_rate", "success_low", "success_high", "others", "others_success_rate",
         "spl", "single_scale_episodes", "single_scale_success_rate", "three_scale_success_rate",
         "three_scale_wins", "three_scale_losses", "three_scale_p", "three_scales_better",
+        "steps_mean", "false_claims",
     }  # fmt: skip
     assert summary["episodes"] == 5
     assert summary["success_rate"] == 0.6
+    assert (summary["steps_mean"], summary["false_claims"]) == (100, 0.4)
     assert summary["success_low"] == pytest.approx(0.2307, abs=1e-4)
     assert summary["others_success_rate"] == 0.5
     assert summary["spl"] == pytest.approx(0.3)

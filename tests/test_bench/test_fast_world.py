@@ -51,6 +51,9 @@ def test_a_wall_through_a_block_gives_it_two_places():
     assert places.of_cell[3, 0] == places.of_cell[4, 4] != places.of_cell[9, 0]
     for place, (x, y) in enumerate(places.xy):
         assert places.nearest(x, y) == place
+    for row, column in np.argwhere(places.of_cell >= 0):
+        x, y = places.grid.pixels_to_xy(np.array([[column, row]], float))[0]
+        assert places.nearest(x, y) == places.of_cell[row, column]
 
 
 def test_places_are_where_the_robot_can_stand():

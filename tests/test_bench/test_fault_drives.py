@@ -21,7 +21,7 @@ from vizbot.bench.faults.missions import (
     NearGoals,
     missions_in,
 )
-from vizbot.bench.faults.monitor import FaultStop
+from vizbot.bench.faults.monitor import FARTHEST_ASTRAY, FaultStop
 from vizbot.bench.faults.page import faults_page
 from vizbot.bench.faults.reflex_latency import ReflexLatency
 from vizbot.bench.faults.run import HungError, limit_wall_time
@@ -145,11 +145,14 @@ def test_after_a_fault_that_ends_the_search_who_drives_on_or_says_nothing_does_w
 
 def test_a_wheel_that_turns_too_far_unasked_is_counted_and_the_farthest_told():
     far = score_series(
-        FaultSeries(("bump",), (0, 1, 2)), [result(0.03, astray=a) for a in (0, 0.1, 0.2)]
+        FaultSeries(("bump",), (0, 1, 2, 3)),
+        [result(0.03, astray=a) for a in (0, 0.1, FARTHEST_ASTRAY, 0.2)],
     )
     assert (far.astray_max, far.strayed) == (0.2, 1)
     outcome = fault_tables.fault_result([far], [], TIMING)
-    assert outcome.summary["strayed"] == 1
+    assert outcome.summary["strayed"] == 1 and "smoke test" not in outcome.text
+    brief = fault_tables.fault_result([far], [], TIMING, smoke_test=True)
+    assert brief.text.startswith("A smoke test")
     assert " 0.200 |" in outcome.text
 
 

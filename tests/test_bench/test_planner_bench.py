@@ -85,6 +85,18 @@ def test_nano_astar_is_asked_in_cells_where_every_cell_costs_the_same(cases):
     assert peers._nano_astar(module).prepare(several) is None
 
 
+def test_pyastar2d_finds_a_path_that_is_priced_by_our_rules(cases):
+    case = cases["open, 200 x 200, near, 1 goal"]
+    row, column = case.start
+    module = SimpleNamespace(
+        astar_path=lambda *_, **__: np.array([(row, column), (row + 1, column)])
+    )
+    expected = case.costmap.grid.resolution * case.costmap.cost[row + 1, column]
+    assert peers._pyastar2d(module).prepare(case)() == pytest.approx(expected, rel=0.5)
+    module.astar_path = lambda *_, **__: None
+    assert peers._pyastar2d(module).prepare(case)() == math.inf
+
+
 @pytest.mark.parametrize(("quick", "sizes"), [(True, {200}), (False, set(bench.SIZES))])
 def test_a_quick_run_leaves_out_the_large_grids(monkeypatch, quick, sizes):
     asked = []

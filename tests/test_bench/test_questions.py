@@ -110,6 +110,8 @@ def test_right_is_within_the_radius_and_believed_is_over_the_threshold():
         "questions": 4, "right": 0.5, "found": 0.25, "absent": 2, "refused": 0.5,
     }  # fmt: skip
     assert "First place right: 2 of 4" in outcome.text and "A toy." in outcome.text
+    rows = [line.split("|")[6].strip() for line in outcome.text.splitlines() if line[:1] == "|"]
+    assert rows[2:] == ["right", "right", "wrong", "wrong", "there is none", "there is none"]
 
 
 def test_the_page_shows_the_newest_answers_of_each_recording(tmp_path):

@@ -80,6 +80,18 @@ def test_an_answer_is_right_where_the_thing_is_and_wrong_elsewhere(text, right, 
             assert answer.similarity == pytest.approx(0.8)
 
 
+def test_the_answer_is_the_likeliest_place_of_the_map(monkeypatch):
+    places = [LikelyPlace(np.zeros(3), 0.7, 0), LikelyPlace(np.ones(3), 0.2, 1)]
+    keyframes = SimpleNamespace(poses=dict)
+    elements = SimpleNamespace(embeddings=None)
+    bundle = SimpleNamespace(statistics=0, keyframes=keyframes, elements=elements)
+    monkeypatch.setattr(exploration, "belief_of_map", lambda *_: None)
+    for found in (places, places[1:], []):
+        monkeypatch.setattr(exploration, "likeliest_places", lambda *_, found=found: found)
+        answer = exploration._likeliest(bundle, PlaceMap().rows, None)
+        assert answer is (found[0] if found else None)
+
+
 def test_with_some_scales_alone_the_views_show_what_these_show():
     rows = PlaceMap().rows
     rows = replace(rows, elements=np.array([[10, 20, 30]], np.int32))  # finest to coarsest

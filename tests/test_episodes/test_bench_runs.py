@@ -164,7 +164,7 @@ def test_a_home_that_cannot_be_built_costs_its_episode(monkeypatch):
 
     monkeypatch.setattr(runs, "open_episode", broken)
     result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
-    assert not result.success and result.track == ()
+    assert not result.success and result.track == () and result.collisions == 0
     [goal] = result.goals
     assert goal.answer == "error: ConfigError: home 1000 has no start for 'sofa'"
     assert not goal.claimed and (goal.steps, goal.path_length, goal.simulated_seconds) == (0, 0, 0)

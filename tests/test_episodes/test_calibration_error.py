@@ -17,6 +17,7 @@ from vizbot.bench.episodes import run as runs
 from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
 from vizbot.bench.episodes.episode import Episode, Variant
 from vizbot.bench.episodes.run import TruthRecorder, run_episode
+from vizbot.bench.episodes.seen_floor import SeenFloor
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
 from vizbot.pipeline import Pipeline
@@ -136,7 +137,7 @@ def test_the_row_without_errors_drives_as_a_robot_that_nothing_was_done_to(
         World(house, config.world, config.mount.T_base_cam, SOFA.home) as world,
         Rig(config, "sim", "sim", world) as rig,
     ):
-        recorder = TruthRecorder(world)
+        recorder = TruthRecorder(world, SeenFloor(world, config))
         pipeline = Pipeline(rig.devices, mean_colours, config, [recorder])
         goal = pipeline.goal("sofa")
         while pipeline.steps < 45:
@@ -154,7 +155,7 @@ def test_an_episode_with_errors_is_the_same_twice_and_another_than_without(room)
 
 def test_a_step_is_recorded_where_its_picture_was_taken(house):
     with EXACT.world(house, Config(), 3) as world:
-        recorder = TruthRecorder(world)
+        recorder = TruthRecorder(world, SeenFloor(world, Config()))
         world.render()
         pictured = world.T_world_base
         world.place(*planar_of(pictured @ planar(0.1, 0.0, 0.2)))

@@ -80,6 +80,15 @@ def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
     assert np.linalg.norm(decision.navigation.goal_xy - (5.0, 2.0)) < PLACE
 
 
+def test_it_tells_what_it_searches_for_and_did_last():
+    grid, frontiers = room()
+    search = BeliefSearch(CONFIG, frontiers)
+    assert search.goal is None
+    for goal in (SOFA, TV):
+        search.go(goal, believed(at={(1.0, 2.0): 0.9}), grid, HERE)
+        assert search.goal is goal
+
+
 def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely():
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)

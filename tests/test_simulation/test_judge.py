@@ -11,7 +11,14 @@ from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import box, cylinder
 from sim_stubs.scoring.goal_scorer import GoalScorer
-from sim_stubs.scoring.success import distance_to, in_room, is_visible, judge, precise
+from sim_stubs.scoring.success import (
+    distance_to,
+    in_room,
+    is_visible,
+    judge,
+    pixels_of,
+    precise,
+)
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import World
 from vizbot.core.observer import GoalReport, Outcome
@@ -210,3 +217,8 @@ def test_a_point_names_what_it_is_near_to_and_the_room_it_is_in(world):
     assert precise(world, np.array([4.5, 0.5]), "bedroom")
     assert not precise(world, np.array([3.5, 0.5]), "bedroom")
     assert not precise(world, np.array([3.5, 0.5]), "piano")
+
+
+def test_pixels_are_counted_for_each_instance_and_for_nothing_else():
+    assert pixels_of(np.array([[-1, 0, 2], [2, 2, -1]]), 3).tolist() == [1, 0, 3]
+    assert pixels_of(np.full((2, 2), -1), 2).tolist() == [0, 0]

@@ -90,6 +90,9 @@ class GoalResult:
             [m]; None when there is none.
         simulated_seconds: Time from the command to the stop [s].
         outcome: How the robot ended it; None after an error, and in results of before it was kept.
+        said_seen: Share of the floor that the robot then said that it had seen, 0 to 1; None where
+            it did not know, and in results of before it was kept.
+        truly_seen: Share that it had seen; None likewise.
     """
 
     text: str
@@ -103,6 +106,8 @@ class GoalResult:
     shortest_path: float | None
     simulated_seconds: float
     outcome: Outcome | None = None
+    said_seen: float | None = None
+    truly_seen: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,7 @@ from vizbot.bench.episodes.homes import open_episode
 from vizbot.bench.episodes.latency import Latencies, slow_devices
 from vizbot.bench.episodes.oracles import AtOnce, OracleParts, oracle_parts
 from vizbot.bench.episodes.other_encoders import OtherEncoder
+from vizbot.bench.episodes.seen_floor import SeenFloor
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
@@ -70,7 +71,7 @@ def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:
                 devices = slow_devices(devices, Latencies.kept(), parts.config, world.seed)
             if variant.oracle == "encoder":
                 devices = replace(devices, clock=AtOnce(devices.clock))
-            recorder = TruthRecorder(world)
+            recorder = TruthRecorder(world, SeenFloor(world, variant.config))
             pipeline = _pipeline(parts, variant.encoder_scale, devices, recorder)
             if variant.ablated is not None:
                 frontiers = pipeline.map.exploration.frontiers
@@ -122,9 +123,13 @@ class TruthRecorder:
 
     Attributes:
         world: The simulated world.
+        floor: What the robot has truly seen of it.
+        said_seen: Share of the floor that the robot believes to have seen; None before it knows.
     """
 
     world: World
+    floor: SeenFloor
+    said_seen: float | None = None
     _stamps: list[float] = field(default_factory=list)
     _Ts_map_cam: list[SE3] = field(default_factory=list)
     _Ts_world_base: list[SE3] = field(default_factory=list)
@@ -134,6 +139,8 @@ class TruthRecorder:
         self._stamps.append(step.frame.stamp)
         self._Ts_map_cam.append(step.estimate.T_map_cam)
         self._Ts_world_base.append(self.world.T_world_pictured)
+        self.floor.look(self.world.T_world_pictured)
+        self.said_seen = step.seen_share
 
     def on_goal(self, report: GoalReport) -> None:
         """Do nothing: the benchmark calls the scorer."""
@@ -221,6 +228,8 @@ def _search_goal(
         None if shortest is None else round(shortest, 3),
         round(devices.clock.now() - began, 2),
         outcome,
+        None if recorder.said_seen is None else round(recorder.said_seen, 3),
+        round(recorder.floor.share, 3),
     )
 
 

@@ -93,17 +93,22 @@ def run_absent(plan: BenchPlan) -> BenchResult:
 def absent_result(
     results: Mapping[str, Sequence[ThingAnswer]], searched: Sequence[EpisodeResult] = ()
 ) -> BenchResult:
-    """Rows, summary and table of the answers of each row; the summary is that of the first row.
+    """Rows, summary and table of the answers of each row.
+
+    The summary is that of the first row; of the searches where no map was asked.
 
     Args:
         results: What maps answered, by row.
         searched: How searches for what is not there ended.
     """
     rows = [{"row": name, **_figures(answers)} for name, answers in results.items()]
+    summary = _figures(next(iter(results.values()), ()))
     table = [line for name, answers in results.items() for line in _lines(name, answers)]
     if searched:
         goals = [goal for each in searched for goal in each.goals]
         refused = Rate.over(map(is_refusal, goals))
+        if not results:
+            summary |= {"asked": refused.trials, "refused": refused.value}
         rows.append({"row": SEARCHED, "asked": refused.trials, "refused": refused.value,
                      "claimed": Rate.over(goal.claimed for goal in goals).value,
                      "steps": float(np.mean([goal.steps for goal in goals]))})  # fmt: skip
@@ -114,7 +119,7 @@ def absent_result(
         table.append([SEARCHED, "absent", refused.trials, refused, wilson, range_])
     header = ("row", "asked for", "questions", "right", "95 % (Wilson)", "95 % over homes")
     text = markdown_table(header, table)
-    return BenchResult(NAME, rows, _figures(next(iter(results.values()), ())), text)
+    return BenchResult(NAME, rows, summary, text)
 
 
 def _figures(answers: Sequence[ThingAnswer]) -> dict[str, object]:

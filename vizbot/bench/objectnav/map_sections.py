@@ -17,7 +17,7 @@ from vizbot.bench.objectnav.single_goal import SCALES
 _ABSENT_NOTE = (
     '"elsewhere" are things that other homes have and this one has not, "nowhere" things that are'
     " in no home. `by searching` the robot drives; only its own decision that there is none counts,"
-    " not that its steps are used up."
+    " not that its steps are used up; for what is there it searches in the row `default` above."
 )
 
 

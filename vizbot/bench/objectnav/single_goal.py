@@ -139,8 +139,8 @@ def single_goal_result(results: Results, note: str = "") -> BenchResult:
     if headline is not None:
         best = _row(headline, scores[headline])
         keys = ("episodes", "success_rate", "success_low", "success_high", "others",
-                "others_success_rate", "spl")  # fmt: skip
-        summary = {key: best[key] for key in keys}
+                "others_success_rate", "spl", "false_claims")  # fmt: skip
+        summary = {key: best[key] for key in keys} | {"steps_mean": best["steps"]}
     if DEFAULT in scores:
         summary |= compared.summary() | {
             "single_scale_episodes": compared.three.trials,
@@ -185,6 +185,7 @@ def _row(name: str, score: NavigationScore) -> dict[str, object]:
         "others": score.others.trials,
         "others_success_rate": score.others.value,
         "spl": score.spl,
+        "false_claims": score.said_wrongly.value,
         "steps": score.steps,
         "steps_of_successes": score.steps_of_successes,
         "path_of_successes": score.path_of_successes,

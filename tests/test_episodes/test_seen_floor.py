@@ -1,0 +1,38 @@
+"""How much of the floor was truly seen, beside what the robot says of it."""
+
+import numpy as np
+import pytest
+
+from vizbot.bench.episodes import run as runs
+from vizbot.bench.episodes.calibration_error import EXACT
+from vizbot.bench.episodes.episode import Episode, Variant
+from vizbot.bench.episodes.seen_floor import SeenFloor
+from vizbot.config import Config
+from vizbot.core.geometry import planar
+from vizbot.core.observer import Outcome
+
+SETTINGS = {"look_around": False, "settling": {"seconds": 0.0, "frames": 0}, "max_steps": 120}
+CONFIG = Config.model_validate({"objectnav": SETTINGS})
+
+
+def test_what_the_camera_faces_from_where_it_truly_stands_is_seen(kitchen):
+    with EXACT.world(kitchen, CONFIG, 3) as world:
+        floor = SeenFloor(world, CONFIG)
+        assert floor.share == 0.0
+        T_world_base = world.T_world_base
+        shares = []
+        for turn in (0.0, 0.0, np.pi / 2, np.pi, -np.pi / 2):
+            floor.look(T_world_base @ planar(0.0, 0.0, turn))
+            shares.append(floor.share)
+    assert 0.1 < shares[0] == shares[1] < shares[2] < shares[3] < shares[4] <= 1.0
+
+
+def test_what_it_says_that_it_has_seen_is_within_ten_points_of_the_truth(kitchen, monkeypatch):
+    monkeypatch.setattr(
+        runs, "open_episode", lambda episode, config, error=EXACT: error.world(kitchen, config, 3)
+    )
+    variant = Variant("true encoder", CONFIG, "encoder")
+    [goal] = runs.run_episode((variant, Episode(1100, ("elephant",)))).goals
+    assert goal.outcome is Outcome.NOT_FOUND
+    assert goal.truly_seen > 0.5
+    assert goal.said_seen == pytest.approx(goal.truly_seen, abs=0.1)
