@@ -20,6 +20,17 @@ LEAST, MOST = -2.5, 6.0
 """Bounds of the evidence of one view [log odds]."""
 LOG_ODDS, STANDARD = (-10.0, 5.0), (-1.0, 9.0)
 """Bounds of both scores: what lies beyond was hardly ever seen in the fit, and says no more."""
+_OF_PATCHES = (
+    "finest patch", "middle patch", "coarsest patch", "better of finest and middle",
+    "best of the three", "finest by middle", "middle by coarsest",
+)  # fmt: skip
+NAMES = (
+    *(f"log odds of the encoder, {each}" for each in _OF_PATCHES),
+    *(f"z-score, {each}" for each in _OF_PATCHES),
+    "distance", "distance by log odds of the coarsest patch",
+    "distance by the better log odds of finest and middle", "share of the finest patch", "constant",
+)  # fmt: skip
+"""Names of the features, in their order."""
 
 
 def features(

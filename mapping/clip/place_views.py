@@ -20,6 +20,17 @@ FIELDS = 14
     _NEAR_SUM, _NEAR_COUNT, _BEST, _SECOND, _THIRD, _SPOTS, _LAST_SPOT,
     _FAR_SUM, _FAR_COUNT, _FAR_BEST, _LIKENESS, _VIEWS, _FROM_X, _FROM_Y,
 ) = range(FIELDS)  # fmt: skip
+NAMES = (
+    "seen from near", "mean of the three best near views", "mean of near views",
+    "number of spots (log) of near views", "spots by mean of near views",
+    "spots by mean of the three best", "seen from afar", "mean of far views", "best far view",
+    "number of far views (log)", "number by mean of far views", "best near views of neighbours",
+    "far views of neighbours", "mean of far views, where also seen from near",
+    "best far view, where not seen from near",
+    "number by mean of far views, where not seen from near", "best near views of surroundings",
+    "far views of surroundings", "neighbours by surroundings, near views", "constant",
+)  # fmt: skip
+"""Names of the features, in their order."""
 _NONE = -99.0
 """Stands for a view that does not exist."""
 _NEIGHBOURS, _SURROUNDINGS = 3, 9

@@ -29,7 +29,9 @@ def watched(names, course, silent=0, before=(0.2, 0.2), lasts=0.3, camera_period
         clock.sleep(0.015)
     for period, (asked, felt) in enumerate(course):
         base.heard = period >= silent
-        body.contacts = Contacts(bump_left=felt)
+        edge = felt and "cliff" in names
+        body.contacts = Contacts(bump_left=felt and "bump" in names, cliffs=(edge, *3 * (False,)))
+        body.stalls = felt and "stuck-wheel" in names
         watch.publish()
         body.asked = asked
         watch.advance(0.015)
@@ -44,6 +46,15 @@ def test_a_stop_counts_from_the_frame_that_tells_to_the_end_of_the_period():
     assert (stop.rolling, stop.after, stop.within) == (True, 0.045, 0.1)
     assert stop.run_on == pytest.approx(0.006)
     assert not watch.drove_on
+
+
+@pytest.mark.parametrize("name", ["bump", "cliff", "stuck-wheel"])
+def test_it_is_felt_before_it_has_to_be_heeded(name):
+    ahead = (0.2, 0.2)
+    watch = watched([name], [(ahead, False)] * 12 + [(ahead, True)] * 2 + [((0.0, 0.0), True)])
+    [stop] = watch.stops()
+    assert (stop.rolling, stop.after) == (True, 0.045) and watch.happened
+    assert not watched([name], [(ahead, False)] * 40).happened
 
 
 def test_who_does_not_stop_is_late_and_has_not_driven_on():

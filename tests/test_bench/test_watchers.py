@@ -1,8 +1,11 @@
 import itertools
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import numpy as np
 
 from tests.helpers.scripted_robot import CAMERA
+from vizbot.bench import console_load
 from vizbot.bench.console_load import ConsoleLoad, LoopedCamera, measure_watchers
 from vizbot.core.clock import WallClock
 from vizbot.core.types import ImuSamples, RGBDFrame
@@ -16,6 +19,21 @@ def frames(count):
         RGBDFrame(0.1 * n, np.roll(rgb, n, axis=1), depth, CAMERA, ImuSamples.none())
         for n in range(count)
     ]
+
+
+def test_a_recorded_folder_is_played_where_one_is_named(tmp_path, monkeypatch):
+    shown = frames(3)
+
+    def no_world(*_):
+        raise AssertionError("a home is opened")
+
+    monkeypatch.setattr(console_load, "open_world", no_world)
+    monkeypatch.setattr(
+        console_load,
+        "RecordedSequence",
+        lambda folder: nullcontext(SimpleNamespace(read=iter([*shown, *[None] * 99]).__next__)),
+    )
+    assert console_load.frames_to_play(tmp_path) == shown
 
 
 def test_the_looped_camera_keeps_to_its_time_and_goes_to_and_fro():

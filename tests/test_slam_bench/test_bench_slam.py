@@ -13,9 +13,9 @@ import pytest
 
 from mapping.slam.config import SlamConfig
 from mapping.tum import read_trajectory, write_trajectory
+from vizbot.bench.slam import frame_to_frame, sequence_scores
 from vizbot.bench.slam import peers as slam_peers
 from vizbot.bench.slam import recordings as slam
-from vizbot.bench.slam import sequence_scores
 from vizbot.bench.slam.drawing import Path2D, draw_paths
 from vizbot.bench.slam.frame_to_frame import FrameToFrame, feature_odometry
 from vizbot.bench.slam.recordings import SlamBench, run_slam, track_sequence
@@ -176,6 +176,30 @@ def test_feature_odometry_finds_no_motion_without_depth_or_texture(sequence):
         still = replace(textured, rgb=rgb, depth=depth)
         chain = feature_odometry(CAMERA)
         assert chain.track(still)[1] and not chain.track(still)[1]
+
+
+@pytest.mark.parametrize(
+    ("found", "ahead", "taken"), [(True, 0.1, True), (False, 0.1, False), (True, 2.0, False)]
+)
+def test_open3d_s_motion_is_taken_unless_it_is_wild(sequence, monkeypatch, found, ahead, taken):
+    kinds = SimpleNamespace(
+        OdometryOption=lambda **_: None,
+        RGBDOdometryJacobianFromHybridTerm=lambda: None,
+        compute_rgbd_odometry=lambda *_: (found, planar(ahead, 0.0, 0.0), None),
+    )
+    frames = SimpleNamespace(create_from_color_and_depth=lambda *_, **__: None)
+    package = SimpleNamespace(
+        camera=SimpleNamespace(PinholeCameraIntrinsic=lambda *_: None),
+        pipelines=SimpleNamespace(odometry=kinds),
+        geometry=SimpleNamespace(RGBDImage=frames, Image=lambda image: image),
+    )
+    monkeypatch.setattr(frame_to_frame.importlib.util, "find_spec", lambda name: name)
+    monkeypatch.setitem(sys.modules, "open3d", package)
+    chain = frame_to_frame.open3d_odometry(CAMERA)
+    frame = next(asked(sequence).frames())
+    assert chain.track(frame)[1] and chain.track(frame)[1] is taken
+    moved = chain.finish()[-1, 0, 3]
+    assert moved == pytest.approx(ahead if taken else 0.0)
 
 
 def test_orb_slam3_is_told_the_rate_of_the_frames(sequence, monkeypatch):

@@ -7,6 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from mapping.clip import evidence, place_views
+from mapping.clip.weights import FILE as WEIGHTS
+from mapping.clip.weights import fitted_weights
 from vizbot.bench.fast_world.curves import MEASURES, draw_curves
 from vizbot.bench.harness.tables import markdown_table, percent, percent_range
 from vizbot.core.files import write_whole
@@ -14,6 +17,8 @@ from vizbot.core.files import write_whole
 FILE = "examination.json"
 PICTURE = "pictures/belief/curves.png"
 """The picture, from the folder of the page."""
+_ASKED = 0.03
+"""Share of the wrong places that may be believed, at which it was asked what is missed."""
 _TITLE = f"""# The belief, examined
 
 `python -m vizbot.bench.fast_world.examination VIEWS --out docs/results/rows/belief/{FILE}` takes
@@ -72,6 +77,8 @@ def belief_page(folder: Path, page: Path) -> str:
             ],
         ),
         "Intervals are 95 % over homes.",
+        _half_as_many(kept),
+        *_numbers(),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -82,6 +89,47 @@ def write_belief_picture(folder: Path, page: Path) -> None:
         path = page.parent / PICTURE
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, draw_curves(kept))
+
+
+def _half_as_many(kept: Mapping[str, Any]) -> str:
+    """Whether what was asked for is reached: half as many missed at so many believed wrongly."""
+    at = next((i for i, one in enumerate(kept["belief"]["curve"]) if one["false"] == _ASKED), None)
+    if at is None:
+        return ""
+    belief, cosine = (kept[key]["curve"][at]["missed"] for key in MEASURES)
+    reached = "are" if belief <= cosine / 2 else "are not"
+    return (
+        f"It was asked that at {percent(_ASKED)} % at most half as many are missed as by the best"
+        f" cosine: they {reached} ({percent(belief)} % of {percent(cosine)} %)."
+    )
+
+
+def _numbers() -> list[str]:
+    """All fitted numbers, and which are not fitted."""
+    weights = fitted_weights()
+    of_views = [
+        [name, *(f"{value:.3f}" for value in both)]
+        for name, *both in zip(evidence.NAMES, weights.near, weights.far, strict=True)
+    ]
+    of_places = [
+        [name, f"{value:.3f}"] for name, value in zip(place_views.NAMES, weights.join, strict=True)
+    ]
+    return [
+        "## Its numbers",
+        "All are fitted together (logistic regression; `python -m vizbot.bench.fast_world.fit`)"
+        f" and lie in `mapping/clip/{WEIGHTS.name}`. Not fitted are the bounds between which scores"
+        " and evidence count, what a look in vain leaves of a place (`objectnav.search.doubt`), and"
+        ' what a person\'s "no" leaves of it.',
+        markdown_table(
+            (
+                "one view of a place",
+                f"from within {evidence.NEAR:g} m",
+                "from afar",
+            ),
+            of_views,
+        ),
+        markdown_table(("all views of a place", "weight"), of_places),
+    ]
 
 
 def _missed(one: Mapping[str, Any]) -> str:

@@ -12,6 +12,7 @@ from vizbot.bench.harness.scores import Rate
 from vizbot.bench.harness.store import Store
 from vizbot.bench.harness.tables import markdown_table
 from vizbot.bench.objectnav import absent, retrieval
+from vizbot.bench.objectnav.scale_comparison import scales_verdict
 from vizbot.bench.objectnav.single_goal import SCALES
 
 _ABSENT_NOTE = (
@@ -21,20 +22,21 @@ _ABSENT_NOTE = (
 )
 
 
-def map_sections(folder: Path) -> list[str]:
+def map_sections(folder: Path, page: Path) -> list[str]:
     """The sections of what maps were asked; none where they were not.
 
     Args:
         folder: Folder of the kept rows.
+        page: The file that they are for.
     """
-    return [*_present(folder), *_absent(folder)]
+    return [*_present(folder, page), *_absent(folder)]
 
 
-def _present(folder: Path) -> list[str]:
+def _present(folder: Path, page: Path) -> list[str]:
     """Questions for what the home has, by each encoder's cosines."""
     scales: tuple[EncoderScale | None, ...] = (None, *ENCODER_ROWS)
     lines: list[list[object]] = []
-    whole = ""
+    whole = verdict = ""
     for scale in scales:
         explorations, queries = retrieval.retrieval_stores(folder, scale)
         stored = queries.fullest()
@@ -44,6 +46,13 @@ def _present(folder: Path) -> list[str]:
         driven = [line.result for line in explorations.fullest()]
         result = retrieval.retrieval_result(answers, SCALES, driven)
         whole = whole or f"Commit {stored[0].commit}.\n\n{result.text}"
+        if scale is None:
+            better = [
+                shown
+                for prefix in ("", "most_similar_")
+                if (shown := result.summary[f"{prefix}three_scales_better"]) is not None
+            ]
+            verdict = scales_verdict(better, "embedded", page)
         present = [each for each in answers if each.scales == SCALES and each.exists]
         lines.append([
             "default" if scale is None else ENCODER_ROWS[scale], len(present),
@@ -54,7 +63,7 @@ def _present(folder: Path) -> list[str]:
               "log loss")  # fmt: skip
     if not lines:
         return []
-    return ["## Questions to maps of explored homes", whole, markdown_table(header, lines)]
+    return ["## Questions to maps of explored homes", whole, verdict, markdown_table(header, lines)]
 
 
 def _decimals(value: object) -> str:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from vizbot.bench.harness.scores import PairedCounts, Rate
 from vizbot.bench.harness.tables import markdown_table
 
+EMBEDDED_CLIP = Path("docs/embedded_clip.md")
+"""The page that says how well the embedded encoder names patches of each scale."""
 Outcomes = Mapping[Any, bool]
 """Whether each trial succeeded, by what tells it from others: its episode, or home and query."""
 
@@ -73,3 +77,33 @@ class ScaleComparison:
         header = (f"three scales against, {what}", "three", "single", "only three right",
                   "only single right", "p", "three better")  # fmt: skip
         return markdown_table(header, rows) if rows else ""
+
+
+def scales_verdict(better: Sequence[object], encoder: str, page: Path) -> str:
+    """Whether the paper's central result is shown, and how it is decided; empty with no comparison.
+
+    Args:
+        better: Of each comparison, whether three scales beat every single one.
+        encoder: Name of the encoder.
+        page: The file that the text is for.
+    """
+    if not better:
+        return ""
+    rule = (
+        "Three scales count as better only where an exact paired test (of the goals that only one"
+        " of the two gets right) has p < 0.05 against each single scale. Pairs and p are those"
+        " against the best one."
+    )
+    if all(better):
+        return rule
+    text = (
+        f"{rule} The paper's central result, that three scales find more than one, is not shown"
+        f" here yet: {better.count(True)} of {len(better)} comparisons show it."
+    )
+    if encoder == "embedded":
+        link = os.path.relpath(EMBEDDED_CLIP, page.parent)
+        text += (
+            " The likely cause is the embedded encoder, which names patches the worse the finer"
+            f" their scale ([where this is measured]({link}))."
+        )
+    return text

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,6 +27,7 @@ from vizbot.bench.objectnav.home_tables import (
     models_section,
 )
 from vizbot.bench.objectnav.picture_section import drawn_pictures, kept_pictures, pictured
+from vizbot.bench.objectnav.scale_comparison import scales_verdict
 from vizbot.config import Config
 from vizbot.core.files import write_whole
 
@@ -54,8 +54,6 @@ THREE_SCALES = (
 )  # fmt: skip
 """Benchmark, keys of its summary (trials, best single scale, all three, prefix of the paired test),
 name of the rate."""
-EMBEDDED_CLIP = Path("docs/embedded_clip.md")
-"""The page that says how well the embedded encoder names patches of each scale."""
 
 
 def write_scoreboard_page(folder: Path, page: Path, config: Config = UNATTENDED) -> bool:
@@ -251,32 +249,12 @@ def _targets(summaries: Mapping[str, Mapping[str, object]]) -> str:
 
 
 def _scales_verdict(summaries: Mapping[str, Mapping[str, object]], encoder: str, page: Path) -> str:
-    """Whether the paper's central result is shown, and how it is decided."""
+    """Whether the paper's central result is shown by the comparisons that were run."""
     better = [
-        summaries[name].get(f"{prefix}three_scales_better")
+        summaries.get(name, {}).get(f"{prefix}three_scales_better")
         for name, *_, prefix, _ in THREE_SCALES
-        if name in summaries
     ]
-    if None in better or len(better) < len(THREE_SCALES):
-        return ""
-    rule = (
-        "Three scales count as better only where an exact paired test (of the goals that only one"
-        " of the two gets right) has p < 0.05 against each single scale. Pairs and p are those"
-        " against the best one."
-    )
-    if all(better):
-        return rule
-    text = (
-        f"{rule} The paper's central result, that three scales find more than one, is not shown"
-        f" here yet: {better.count(True)} of {len(better)} comparisons show it."
-    )
-    if encoder == "embedded":
-        link = os.path.relpath(EMBEDDED_CLIP, page.parent)
-        text += (
-            " The likely cause is the embedded encoder, which names patches the worse the finer"
-            f" their scale ([where this is measured]({link}))."
-        )
-    return text
+    return scales_verdict([each for each in better if each is not None], encoder, page)
 
 
 def _intervals_note(homes: int) -> str:

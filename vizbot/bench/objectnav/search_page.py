@@ -79,7 +79,7 @@ def search_page(folder: Path, page: Path) -> str:
         parts += ["## Other encoders and methods, on a third of the goals"]
         parts += [_THIRD_NOTE, _table(rows, third), _differences(rows, third)]
     parts += _without_parts(folder.with_name(folder.name + PARTS), rows[DEFAULT])
-    parts += [_overshoot(folder), *map_sections(folder), _in_a_row(folder)]
+    parts += [_overshoot(folder), *map_sections(folder, page), _in_a_row(folder)]
     parts += [_arrivals(rows[DEFAULT]), "## Failures", _failures(rows[DEFAULT])]
     parts += ["## Homes", homes_table(homes), models_section(homes)]
     return "\n\n".join(part for part in parts if part) + "\n"
