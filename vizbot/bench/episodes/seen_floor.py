@@ -45,4 +45,4 @@ class SeenFloor:
     def share(self) -> float:
         """Share of the floor that was seen, 0 to 1."""
         seen = self._frontiers.explored.mask_on(self._grid) & self._floor
-        return float(np.count_nonzero(seen) / max(np.count_nonzero(self._floor), 1))
+        return float(seen.sum() / self._floor.sum()) if self._floor.any() else 0.0
