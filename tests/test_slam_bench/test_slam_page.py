@@ -53,19 +53,13 @@ def test_faults_without_rows_are_named(page):
     assert "No rows are kept of" not in page(*(replace(LAP, fault=fault) for fault in FAULTS))
 
 
-def test_rows_of_the_earlier_bench_say_what_they_do_not_hold(page):
-    measured = replace(LAP, fault="dark for 30 s", fault_error=0.1, fault_turn=1.0)
-    assert "plain noise" not in page(LAP, measured)
-    assert "plain noise" in page(replace(measured, home=1001, fault_error=None, fault_turn=None))
-
-
-def test_starts_and_hours_that_are_not_kept_are_called_so(page):
+def test_starts_and_hours_have_their_tables_where_they_are_kept(page):
     text = page(LAP)
-    assert "random starts is not kept" in text and "hours (`--hours 4`) is not kept" in text
+    assert "| random starts in a saved map |" not in text and "## Hours in one home" not in text
     start = StartResult(1000, 0, True, 0.02, 0.5, 3, 90.0)
     hour = Hour(100, 9.0, 5, 1, 0.02, 20.0, 40.0, 10**9)
     text = page(starts=[start], hours=[DrivenHours(1000, 3, 5.0, (hour, hour))])
-    assert "not kept" not in text and "| random starts in a saved map |" in text
+    assert "| random starts in a saved map |" in text and "## Hours in one home" in text
     assert "The last hour costs 1.00 times the first" in text
 
 

@@ -22,7 +22,9 @@ of the width of a common room, beyond which the right one may begin."""
 class Verdicts:
     """Places that are not what was searched for, by its words, and the one that is.
 
-    The former hold for every search for the same words, the latter for the present one.
+    The former hold for every search for the same words, the latter for the present one. They stay
+    where they were said: a correction of the map moves what was seen by centimetres, and a place
+    counts as the same within `APART`.
     """
 
     def __init__(self) -> None:
