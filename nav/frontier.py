@@ -100,6 +100,53 @@ def _unseen_around(
     return unseen
 
 
+def area_behind(
+    grid: OccupancyGrid,
+    explored: NDArray[np.bool_],
+    points_xy: NDArray[np.float64],
+    reach: float,
+    costmap: CostmapConfig,
+) -> float:
+    """Unexplored area [m^2] that may be seen from any of `points_xy` within `reach` [m].
+
+    What several of them may show counts once.
+    """
+    starts = (points_xy - grid.origin)[:, ::-1] / grid.resolution
+    occupied = grid.occupancy >= costmap.occupied_threshold
+    cells = _unseen_from_any(explored, occupied, starts, reach / grid.resolution)
+    return float(cells * grid.resolution**2)
+
+
+@njit(  # type: ignore[untyped-decorator]
+    "i8(b1[:,::1], b1[:,::1], f8[:,::1], f8)",
+    cache=True,
+    nogil=True,
+)
+def _unseen_from_any(
+    explored: NDArray[np.bool_],
+    occupied: NDArray[np.bool_],
+    starts: NDArray[np.float64],
+    reach: float,
+) -> int:
+    """Number of unexplored cells on rays from any of `starts` (N, 2) row, col."""
+    rays = int(np.ceil(2 * np.pi * reach))
+    counted, unseen = np.zeros_like(explored), 0
+    for ray in range(rays):
+        angle = 2 * np.pi * ray / rays
+        down, right = np.sin(angle), np.cos(angle)
+        for k in range(len(starts)):
+            for i in range(1, int(2 * reach)):
+                r = int(np.floor(starts[k, 0] + 0.5 * i * down))
+                c = int(np.floor(starts[k, 1] + 0.5 * i * right))
+                inside = 0 <= r < explored.shape[0] and 0 <= c < explored.shape[1]
+                if not inside or occupied[r, c]:
+                    break
+                if not explored[r, c] and not counted[r, c]:
+                    counted[r, c] = True
+                    unseen += 1
+    return unseen
+
+
 class FrontierSearch:
     """Drives from frontier to frontier, and keeps the explored area.
 
@@ -205,7 +252,7 @@ class FrontierSearch:
         free = int(np.count_nonzero(grid.occupancy <= costmap.free_threshold))
         occupied = int(np.count_nonzero(grid.occupancy >= costmap.occupied_threshold))
         floor = free / max(free + occupied, 1)
-        left = floor * float(gains(grid, explored, points_xy, reach, costmap).sum())
+        left = floor * area_behind(grid, explored, points_xy, reach, costmap)
         seen = np.count_nonzero(explored & (grid.occupancy < BLOCKING)) * grid.resolution**2
         self.seen_share = seen / (seen + left) if seen > 0.0 else 0.0
 

@@ -4,7 +4,7 @@ import pytest
 from nav.config import FrontierConfig, NavigatorConfig
 from nav.costmap import LiveCostmap
 from nav.explored_area import ExploredArea
-from nav.frontier import FrontierSearch, frontiers, gains
+from nav.frontier import FrontierSearch, area_behind, frontiers, gains
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
 
@@ -122,6 +122,19 @@ def test_the_share_that_was_seen_counts_what_frontiers_may_show(room, looked):
     assert search.seen_share > share
     search.count_left(room, nothing, costmap)
     assert search.seen_share == 1.0
+
+
+def test_what_two_frontiers_may_show_counts_once(room, looked):
+    one, other = np.array([[3.35, 3.0]]), np.array([[4.0, 2.6]])
+    corner = 20 * 16 * 0.05**2
+    for points_xy in (one, other, np.vstack([one, other]), np.vstack([one] * 3)):
+        area = area_behind(room, looked, points_xy, CONFIG.gain_reach, NAVIGATOR.costmap)
+        assert area == pytest.approx(corner, rel=0.02)
+    apart = looked.copy()
+    apart[11:27, 11:31] = False
+    both = np.vstack([one, [[1.65, 0.9]]])
+    area = area_behind(room, apart, both, 1.5, NAVIGATOR.costmap)
+    assert area == pytest.approx(2 * corner, rel=0.02)
 
 
 def test_a_look_ends_at_an_obstacle(room):
