@@ -168,6 +168,18 @@ def test_every_figure_of_this_repository_is_what_its_rows_say(monkeypatch):
     assert pages.problems() == []
 
 
+def test_of_each_mutant_the_last_line_counts_and_none_that_fails_at_import(tmp_path):
+    mutant = {"path": "a.py", "kind": "constant", "before": "1", "after": "2", "number": 0}
+    lines = [
+        {"mutant": mutant | {"line": line, "number": number}, "outcome": outcome}
+        for line, number, outcome in (
+            (3, 0, "survived"), (3, 1, "void"), (5, 0, "killed"), (6, 2, "survived"),
+        )
+    ]  # fmt: skip
+    (tmp_path / "mutants.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    assert kept_facts(tmp_path)["mutants"] == {"drawn": 2, "killed": 1}
+
+
 def test_a_page_that_was_changed_by_hand_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "RESULTS", tmp_path)
     monkeypatch.setattr(pages, "ROWS", tmp_path / "rows")

@@ -61,6 +61,8 @@ def kept_facts(rows: Path) -> Facts:
                 inner[path.stem] |= _encoder(inner[path.stem])
             elif "against" in inner[path.stem] and "rows" in inner[path.stem]:
                 inner[path.stem] |= _two_commits(inner[path.stem]["rows"])
+        elif path.stem == "mutants":
+            inner[path.stem] = _mutants(path)
         elif path.stem.startswith("multi-"):
             inner[path.stem] = _multi(Store(path, EpisodeResult).fullest())
         elif path.stem.startswith("retrieval-queries"):
@@ -106,6 +108,17 @@ def rate_facts(rate: Rate, over_homes: tuple[float, float] | None = None) -> Fac
 
 def _made(lines: Sequence[StoredResult[Any]]) -> Facts:
     return {"commit": " and ".join(dict.fromkeys(line.commit for line in lines))}
+
+
+def _mutants(path: Path) -> Facts:
+    """What became of the mutants that do not fail at import; of each the last line counts."""
+    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    became = {
+        tuple(line["mutant"][key] for key in ("path", "kind", "before", "after", "number")): line
+        for line in lines
+    }
+    outcomes = Counter(line["outcome"] for line in became.values() if line["outcome"] != "void")
+    return {"drawn": outcomes.total(), "killed": outcomes["killed"]}
 
 
 def _navigation(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
