@@ -76,6 +76,7 @@ def test_ten_homes_of_three_laps_with_every_fault_and_nothing_twice(jobs, tmp_pa
     assert [row["row"] for row in outcome.rows] == list(FAULTS)
     assert outcome.summary["homes"] == 10
     assert outcome.summary["starts_right"] == outcome.summary["starts"] == 100
+    assert outcome.summary["starts_wrong"] == 0
     assert outcome.summary["end_error"] == pytest.approx(0.02)
 
 
@@ -161,6 +162,8 @@ def test_the_bounds_of_true_covariances_close_in_on_six():
 def test_a_start_is_right_near_its_place_and_heading_and_wrong_beyond():
     starts = [start(0), start(1, error=0.5), start(2, turn=20.0), start(3, None, None, frames=63)]
     assert [one.right for one in starts] == [True, False, False, False]
+    laps = lap_scores.laps_result((AS_RECORDED,), [result(1000, AS_RECORDED)], starts, quick=False)
+    assert (laps.summary["starts_right"], laps.summary["starts_wrong"]) == (1, 2)
     row = starts_table(starts).splitlines()[-1].split("|")
     assert [cell.strip() for cell in row[1:6]] == ["4", "1", "2", "1", "3"]
 

@@ -169,6 +169,7 @@ def laps_result(
     summary["against_orbslam3"] = None
     summary["starts"] = len(starts)
     summary["starts_right"] = sum(start.right for start in starts)
+    summary["starts_wrong"] = sum(start.recognised and not start.right for start in starts)
     tables = [text, starts_table(starts)] if starts else [text]
     return BenchResult("slam", rows, summary, "\n\n".join([*tables, *notes]))
 
