@@ -111,14 +111,17 @@ def _made(lines: Sequence[StoredResult[Any]]) -> Facts:
 
 
 def _mutants(path: Path) -> Facts:
-    """What became of the mutants that do not fail at import; of each the last line counts."""
-    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
-    became = {
-        tuple(line["mutant"][key] for key in ("path", "kind", "before", "after", "number")): line
-        for line in lines
+    """What became of the mutants that do not fail at import, at first and last."""
+    outcomes: dict[tuple[object, ...], list[str]] = {}
+    for line in map(json.loads, path.read_text(encoding="utf-8").splitlines()):
+        name = (line["mutant"][key] for key in ("path", "kind", "before", "after", "number"))
+        outcomes.setdefault(tuple(name), []).append(line["outcome"])
+    ran = [each for each in outcomes.values() if each[-1] != "void"]
+    return {
+        "drawn": len(ran),
+        "killed": sum(each[-1] == "killed" for each in ran),
+        "killed_at_first": sum(each[0] == "killed" for each in ran),
     }
-    outcomes = Counter(line["outcome"] for line in became.values() if line["outcome"] != "void")
-    return {"drawn": outcomes.total(), "killed": outcomes["killed"]}
 
 
 def _navigation(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
