@@ -24,7 +24,7 @@ def main() -> None:
 
     bundle = map_bundle.load(arguments.map)
     encoder = open_map_encoder(bundle, "cpu")
-    bundle = map_bundle.with_statistics(bundle, encoder)
+    bundle = map_bundle.with_background(bundle, encoder)
 
     for text in arguments.text:
         goal = goal_of(encoder, text)

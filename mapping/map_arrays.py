@@ -91,17 +91,21 @@ _PLACES_TABLE = (
     _Array("places.shares", np.float32, ("view",), 0, 1),
     _Array("places.spots", np.int32, ("view",), 0, _MOST_SPOTS),
 )
-"""What maps of former schemas do not have."""
+"""What maps before schema `_PLACES` do not have."""
+_PICTURES_TABLE = (_Array("elements.pictures", np.float32, ("picture", "dimension"), -1.1, 1.1),)
+"""What maps before schema `_PICTURES` do not have."""
+_PLACES, _PICTURES = 4, 5
+"""The first schemas with places and statistics, and with the bank of pictures."""
 
 
-def read_arrays(path: Path, size: int, sha256: str, *, has_places: bool) -> dict[str, NDArray[Any]]:
+def read_arrays(path: Path, size: int, sha256: str, schema: int) -> dict[str, NDArray[Any]]:
     """Read the arrays of a map and check each of them, and how they refer to one another.
 
     Args:
         path: Of `map.safetensors`.
         size: Its size [bytes], as the map's header has it.
         sha256: Its checksum likewise.
-        has_places: Whether places and statistics are among the arrays.
+        schema: Of the map.
 
     Raises:
         OSError: it cannot be read, is larger than any map, or is no regular file.
@@ -109,22 +113,22 @@ def read_arrays(path: Path, size: int, sha256: str, *, has_places: bool) -> dict
     """
     with open_regular(path, MOST_BYTES) as file:
         digest = hashlib.sha256()
-        spans = _read_layout(file, size, digest, _table(has_places))
+        spans = _read_layout(file, size, digest, _table(schema))
         arrays = {array.name: _read(file, array, shape, digest) for array, shape in spans}
         if file.read(1) or digest.hexdigest() != sha256:
             raise ValueError("it has another checksum")
-    require_arrays(arrays, has_places=has_places)
+    require_arrays(arrays, schema)
     return arrays
 
 
-def read_array(path: Path, size: int, name: str, *, has_places: bool) -> NDArray[Any]:
+def read_array(path: Path, size: int, name: str, schema: int) -> NDArray[Any]:
     """Read one array of a map and check it by itself; the rest of the file is not read.
 
     Args:
         path: Of `map.safetensors`.
         size: Its size [bytes], as the map's header has it.
         name: Group and column.
-        has_places: Whether places and statistics are among the arrays.
+        schema: Of the map.
 
     Raises:
         OSError: it cannot be read, is larger than any map, or is no regular file.
@@ -132,7 +136,7 @@ def read_array(path: Path, size: int, name: str, *, has_places: bool) -> NDArray
     """
     unused = hashlib.sha256()
     with open_regular(path, MOST_BYTES) as file:
-        for array, shape in _read_layout(file, size, unused, _table(has_places)):
+        for array, shape in _read_layout(file, size, unused, _table(schema)):
             if array.name == name:
                 content = _read(file, array, shape, unused)
                 _require_range(array, content)
@@ -141,20 +145,20 @@ def read_array(path: Path, size: int, name: str, *, has_places: bool) -> NDArray
     raise ValueError(f"there is no {name}")
 
 
-def require_arrays(arrays: Mapping[str, NDArray[Any]], *, has_places: bool) -> None:
+def require_arrays(arrays: Mapping[str, NDArray[Any]], schema: int) -> None:
     """Check each array of a map, by its name in the table, and how they refer to one another.
 
     Raises:
         ValueError: an array is not what it must be.
     """
     lengths: dict[str, int] = {}
-    for array in _table(has_places):
+    for array in _table(schema):
         content = arrays[array.name]
         if content.dtype != array.dtype:
             raise ValueError(f"{array.name} is of another type")
         _require_shape(array, content.shape, lengths)
         _require_range(array, content)
-    relations = [_relations, _place_relations] if has_places else [_relations]
+    relations = [_relations, _place_relations] if has_places(schema) else [_relations]
     for problem, holds in chain.from_iterable(relation(arrays) for relation in relations):
         if not holds:
             raise ValueError(problem)
@@ -193,8 +197,15 @@ def require_places_extent(places: NDArray[np.int64]) -> None:
         raise ValueError(f"places lie more than {MOST_PLACES} of them apart")
 
 
-def _table(has_places: bool) -> tuple[_Array, ...]:
-    return (*_TABLE, *_PLACES_TABLE) if has_places else _TABLE
+def has_places(schema: int) -> bool:
+    """Whether maps of a schema have places and statistics."""
+    return schema >= _PLACES
+
+
+def _table(schema: int) -> tuple[_Array, ...]:
+    places = _PLACES_TABLE if has_places(schema) else ()
+    pictures = _PICTURES_TABLE if schema >= _PICTURES else ()
+    return *_TABLE, *places, *pictures
 
 
 def is_rigid(Ts_a_b: NDArray[np.float64]) -> bool:
@@ -310,12 +321,11 @@ def _relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]
     cut = ((frames >= 0) & (frames < len(frame_stamps))).all()
     yield "elements.frames refers to a frame that is not there", bool(cut)
     yield "elements.boxes are empty", bool((boxes[:, :2] < boxes[:, 2:]).all())
-    embeddings = arrays["elements.embeddings"]
-    norms = np.sqrt(np.einsum("nd,nd->n", embeddings, embeddings))
-    yield (
-        "elements.embeddings are not unit rows",
-        bool((np.abs(norms - 1.0) <= _UNIT_TOLERANCE).all()),
-    )
+    for name in ("elements.embeddings", "elements.pictures"):
+        if (rows := arrays.get(name)) is not None:
+            norms = np.sqrt(np.einsum("nd,nd->n", rows, rows))
+            unit = (np.abs(norms - 1.0) <= _UNIT_TOLERANCE).all()
+            yield f"{name} are not unit rows", bool(unit)
 
 
 def _place_relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]:

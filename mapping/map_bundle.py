@@ -23,8 +23,9 @@ from pydantic import ValidationError
 from mapping.clip.mapper import ClipElements
 from mapping.clip.own_encoder import is_class_name
 from mapping.clip.phrases import PHRASES_ID
+from mapping.clip.pictures import PICTURES_ID
 from mapping.clip.place_rows import PlaceMap, PlaceRows
-from mapping.clip.scores import NO_STATISTICS, Background
+from mapping.clip.scores import NO_PICTURES, NO_STATISTICS, Background
 from mapping.keyframes.anchors import (
     Cloud,
     Keyframes,
@@ -83,6 +84,8 @@ class MapBundle:
         created: When the run ended, UTC.
         notice: Warning that the encoder gives with its results; None for none.
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that the robot must not enter.
+        pictures: The bank of pictures (B, D) as the encoder embeds it; `NO_PICTURES` where that is
+            not known.
     """
 
     model_id: str
@@ -99,6 +102,7 @@ class MapBundle:
     created: datetime = field(default_factory=lambda: datetime.now(UTC))
     notice: str | None = None
     keep_out: tuple[NDArray[np.float32], ...] = ()
+    pictures: NDArray[np.float32] = field(default_factory=lambda: NO_PICTURES)
 
     def element_points(self) -> NDArray[np.float64]:
         """Points (N, 3) of the CLIP map's elements in `map` [m]."""
@@ -161,12 +165,13 @@ def require_encoder(bundle: MapBundle, encoder: TextEncoder) -> None:
         )
 
 
-def with_statistics(bundle: MapBundle, encoder: TextEncoder) -> MapBundle:
-    """The map with the statistics of its elements, which are computed where it has none."""
-    if bundle.statistics is not None:
+def with_background(bundle: MapBundle, encoder: TextEncoder) -> MapBundle:
+    """The map with what its elements are held against, which is computed where it has none."""
+    if bundle.statistics is not None and len(bundle.pictures):
         return bundle
     background = Background.embedded_by(encoder)
-    return replace(bundle, statistics=background.statistics(bundle.elements.embeddings))
+    statistics = background.statistics(bundle.elements.embeddings)
+    return replace(bundle, statistics=statistics, pictures=background.pictures)
 
 
 def require_map_folder(folder: Path) -> None:
@@ -285,7 +290,7 @@ def load(folder: Path) -> MapBundle:
             folder / TENSORS,
             header.tensors_size,
             header.tensors_sha256,
-            has_places=header.has_places,
+            header.schema_version,
         )
         groups: dict[str, Any] = {
             group: kind(*(arrays[f"{group}.{column.name}"] for column in fields(kind)))
@@ -315,6 +320,7 @@ def load(folder: Path) -> MapBundle:
         created=header.created,
         keep_out=tuple(np.array(zone, np.float32) for zone in header.keep_out),
         statistics=_statistics(arrays, header),
+        pictures=_pictures(arrays, header),
         **groups,
     )
     counts = _counts(bundle)
@@ -335,7 +341,7 @@ def load_grid(folder: Path) -> OccupancyGrid:
     header = read_header(folder)
     try:
         occupancy = read_array(
-            folder / TENSORS, header.tensors_size, "grid.occupancy", has_places=header.has_places
+            folder / TENSORS, header.tensors_size, "grid.occupancy", header.schema_version
         )
     except (OSError, ValueError, MemoryError) as error:
         raise damaged(folder, TENSORS, error) from error
@@ -356,9 +362,12 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
     }
     statistics = NO_STATISTICS if bundle.statistics is None else bundle.statistics
     arrays["elements.statistics"] = np.ascontiguousarray(statistics)
+    length = bundle.elements.embeddings.shape[1]
+    pictures = bundle.pictures if len(bundle.pictures) else np.zeros((0, length), np.float32)
+    arrays["elements.pictures"] = np.ascontiguousarray(pictures)
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
     grid = bundle.grid
-    require_arrays(arrays, has_places=True)
+    require_arrays(arrays, SCHEMA_VERSION)
     require_places_extent(PlaceMap(bundle.places).placed(bundle.keyframes.poses()).places)
     require_extent(
         bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
@@ -375,6 +384,7 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
         grid_resolution=grid.resolution,
         grid_origin=tuple(grid.origin.tolist()),
         phrases_id=PHRASES_ID,
+        pictures_id=PICTURES_ID,
         keep_out=tuple(tuple(map(tuple, zone.tolist())) for zone in bundle.keep_out),
         counts=_counts(bundle),
         tensors_size=len(tensors),
@@ -392,6 +402,12 @@ def _statistics(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[n
     statistics = arrays.get("elements.statistics", NO_STATISTICS)
     whole = len(statistics) == len(arrays["elements.keyframes"])
     return statistics if whole and header.phrases_id == PHRASES_ID else None
+
+
+def _pictures(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[np.float32]:
+    """The bank of pictures; none where it is not that of today."""
+    pictures: NDArray[np.float32] = arrays.get("elements.pictures", NO_PICTURES)
+    return pictures if len(pictures) and header.pictures_id == PICTURES_ID else NO_PICTURES
 
 
 def _write_through(path: Path, content: bytes) -> None:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import BaseModel, Field, ValidationError, model_validator
 
-from mapping.map_arrays import FARTHEST, is_rigid
+from mapping.map_arrays import FARTHEST, has_places, is_rigid
 from vizbot.core.camera_limits import require_camera
 from vizbot.core.errors import MapError
 from vizbot.core.files import parse_json, read_regular
@@ -19,13 +19,13 @@ from vizbot.core.settings import SETTINGS, causes
 from vizbot.core.types import Intrinsics
 
 FORMAT = "vizbot map"
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 REMEDY = "`vizbot map build SEQ --out MAP` makes one"
 HEADER, TENSORS = "map.json", "map.safetensors"
 
-_WITHOUT_CHECKSUM, _WITHOUT_PLACES = 2, 3
-"""Maps of these schemas are as those of today, but have no places and no statistics, and that of
-the first no checksum of `map.json`."""
+_WITHOUT_CHECKSUM, _WITHOUT_PLACES, _WITHOUT_PICTURES = 2, 3, 4
+"""Maps of these schemas are as those of today, but do not have the bank of pictures, those of the
+first two no places and no statistics, and that of the first no checksum of `map.json`."""
 MOST_HEADER_BYTES = 4 << 20
 _FARTHEST_MOUNT = 100.0
 _Row = tuple[float, float, float, float]
@@ -49,6 +49,8 @@ class MapHeader(BaseModel):
     grid_origin: tuple[_Coordinate, _Coordinate]
     phrases_id: str | None = Field(default=None, max_length=100)
     """Of the background phrases that the elements' statistics are over."""
+    pictures_id: str | None = Field(default=None, max_length=100)
+    """Of the bank of pictures that is embedded in the map."""
     keep_out: tuple[_Zone, ...] = Field(default=(), max_length=1000)
     counts: dict[str, int]
     """Number of rows of each group, for readers of this file alone."""
@@ -60,7 +62,7 @@ class MapHeader(BaseModel):
     @property
     def has_places(self) -> bool:
         """Whether the map is of a schema with places and statistics."""
-        return self.schema_version > _WITHOUT_PLACES
+        return has_places(self.schema_version)
 
     @model_validator(mode="after")
     def _physical(self) -> Self:
@@ -91,7 +93,7 @@ def read_header(folder: Path) -> MapHeader:
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
         raise MapError(f"{folder} is not a map but has a {HEADER} of another program: {REMEDY}")
     version = raw.get("schema_version")
-    if version not in (_WITHOUT_CHECKSUM, _WITHOUT_PLACES, SCHEMA_VERSION):
+    if version not in (_WITHOUT_CHECKSUM, _WITHOUT_PLACES, _WITHOUT_PICTURES, SCHEMA_VERSION):
         raise MapError(
             f"the map {folder} is of schema {repr(version)[:40]}, not {SCHEMA_VERSION}:"
             " build it again"

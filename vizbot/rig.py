@@ -305,7 +305,8 @@ def open_map_encoder(
         map_bundle.require_no_class(bundle)
         clip = bundle.model_id
     require_encoder(clip)
-    encoder = open_text_encoder(clip, device, half)
+    whole = len(bundle.pictures) == 0  # a map of before: the encoder embeds the bank of pictures
+    encoder = open_encoder(clip, device, half) if whole else open_text_encoder(clip, device, half)
     map_bundle.require_encoder(bundle, encoder)
     return encoder
 

@@ -54,20 +54,28 @@ class PlaceBelief:
 class Belief:
     """The belief for one question."""
 
-    def __init__(self, question: Query, weights: Weights) -> None:
-        """Begin with nothing seen."""
+    def __init__(self, question: Query, weights: Weights, *, room: bool = False) -> None:
+        """Begin with nothing seen.
+
+        Args:
+            question: What is asked for.
+            weights: The fitted numbers.
+            room: Whether a room is asked for; one that has rivals is.
+        """
         self._question, self._weights = question, weights
+        self._room = room or len(question.rivals) > 0
         self._scores = GrowingRows(np.zeros((0, 2), np.float32))
         self._evidence = GrowingRows(np.zeros(0, np.float32))
         self._views = PlaceViews()
         self._moved = 0
         rivals = (Query(each, question.log_odds) for each in question.rivals)
-        self._rivals = [Belief(each, weights) for each in rivals]
+        self._rivals = [Belief(each, weights, room=True) for each in rivals]
 
     def update(
         self,
         embeddings: NDArray[np.float32],
         statistics: NDArray[np.float32],
+        pictures: NDArray[np.float32],
         rows: PlaceRows,
         placed: PlacedRows,
     ) -> PlaceBelief:
@@ -76,13 +84,15 @@ class Belief:
         Args:
             embeddings: (N, D) of the map's elements; those of the call before come first.
             statistics: (N, 2) of them, as of `Background.statistics`.
+            pictures: (B, D) of the bank, as of `Background.pictures`; the same in every call.
             rows: The views of places; likewise.
             placed: Where those are now.
         """
         known, weighed, weights = len(self._scores), len(self._evidence), self._weights
         self._scores.add(self._question.scores(embeddings[known:], statistics[known:]))
         scores, ranges = self._scores.rows, rows.ranges[weighed:]
-        found = features(scores, rows.elements[weighed:], ranges, rows.shares[weighed:])
+        tail = self._question.tail(pictures)
+        found = features(scores, rows.elements[weighed:], ranges, rows.shares[weighed:], tail)
         self._evidence.add(evidence(found, ranges, weights.near, weights.far))
         if placed.moved != self._moved:
             self._moved, weighed = placed.moved, 0
@@ -96,21 +106,39 @@ class Belief:
             placed.cameras_xy[weighed:],
         )
         believed = self._believed()
-        others = [each.update(embeddings, statistics, rows, placed) for each in self._rivals]
-        return _unless_another(believed, others) if others else believed
+        others = [
+            each.update(embeddings, statistics, pictures, rows, placed) for each in self._rivals
+        ]
+        if not others:
+            return believed
+        rivals = [each.probabilities for each in others]
+        return replace(
+            believed,
+            probabilities=unless_another(believed.probabilities, believed.seen, rivals),
+        )
 
     def _believed(self) -> PlaceBelief:
         views = self._views
-        odds = views.features() @ self._weights.join
+        odds = views.features(self._room) @ self._weights.join
         probabilities = np.where(views.seen, 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), 0.0)
         seen_from = views.seen_from.astype(np.float64)
         return PlaceBelief(views.low.copy(), probabilities, views.likeness, views.seen, seen_from)
 
 
-def _unless_another(believed: PlaceBelief, others: Sequence[PlaceBelief]) -> PlaceBelief:
-    """What is left of a belief where a rival is more probable, on average of what is around."""
-    seen = believed.seen.astype(np.float32)
-    own, *rivals = (around(each.probabilities, seen, _ROOM) for each in (believed, *others))
-    greatest = np.maximum.reduce(rivals)
+def unless_another(
+    probabilities: NDArray[np.float64],
+    seen: NDArray[np.bool_],
+    rivals: Sequence[NDArray[np.float64]],
+) -> NDArray[np.float64]:
+    """What is left of probabilities where a rival is more probable, on average of what is around.
+
+    Args:
+        probabilities: (rows, cols) of places.
+        seen: (rows, cols) whether a place was seen.
+        rivals: (rows, cols) of each of what they may be instead.
+    """
+    there = seen.astype(np.float32)
+    own, *others = (around(each, there, _ROOM) for each in (probabilities, *rivals))
+    greatest = np.maximum.reduce(others)
     share = np.divide(own, greatest, out=np.ones_like(own), where=greatest > own)
-    return replace(believed, probabilities=believed.probabilities * share)
+    return probabilities * share

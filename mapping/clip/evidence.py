@@ -1,7 +1,8 @@
 """Evidence: how much one view of a place speaks for a question, as log odds.
 
-The log odds are linear in the scores of the three patches around the place, and in its distance;
-views from near and from afar have weights of their own. They were fitted to the truth at places of
+The log odds are linear in the scores of the three patches around the place, in its distance, and in
+how high the question's own log odds go on a bank of pictures; views from near and from afar have
+weights of their own. They were fitted to the truth at places of
 homes that neither the encoder nor its threshold had seen (`vizbot.bench.fast_world.fit`).
 """
 
@@ -20,6 +21,8 @@ LEAST, MOST = -2.5, 6.0
 """Bounds of the evidence of one view [log odds]."""
 LOG_ODDS, STANDARD = (-10.0, 5.0), (-1.0, 9.0)
 """Bounds of both scores: what lies beyond was hardly ever seen in the fit, and says no more."""
+TAILS = -2.0, 2.0
+"""Bounds of a question's upper tail likewise [log odds]."""
 _OF_PATCHES = (
     "finest patch", "middle patch", "coarsest patch", "better of finest and middle",
     "best of the three", "finest by middle", "middle by coarsest",
@@ -28,7 +31,8 @@ NAMES = (
     *(f"log odds of the encoder, {each}" for each in _OF_PATCHES),
     *(f"z-score, {each}" for each in _OF_PATCHES),
     "distance", "distance by log odds of the coarsest patch",
-    "distance by the better log odds of finest and middle", "share of the finest patch", "constant",
+    "distance by the better log odds of finest and middle", "share of the finest patch",
+    "upper tail of the question", "constant",
 )  # fmt: skip
 """Names of the features, in their order."""
 
@@ -38,6 +42,7 @@ def features(
     patches: NDArray[np.integer],
     ranges: NDArray[np.float32],
     shares: NDArray[np.float32],
+    tail: float,
 ) -> NDArray[np.float32]:
     """What the weights count of each view of a place.
 
@@ -46,9 +51,10 @@ def features(
         patches: (R, 3) indices of the elements: finest, middle, coarsest.
         ranges: (R,) distance of the place from the camera on the plan [m].
         shares: (R,) share of the finest patch that shows the place.
+        tail: Of the question, as of `Query.tail`.
 
     Returns:
-        (R, 19) float32.
+        (R, 20) float32.
     """
     columns: list[NDArray[np.float32]] = []
     for kind, bounds in enumerate((LOG_ODDS, STANDARD)):
@@ -57,7 +63,9 @@ def features(
         best = np.maximum(finer, coarse)
         columns += [fine, middle, coarse, finer, best, fine * middle, middle * coarse]
     away = np.minimum(ranges, FARTHEST)
-    columns += [away, away * columns[2], away * columns[3], shares, np.ones_like(shares)]
+    one = np.ones_like(shares)
+    high = np.float32(np.clip(tail, *TAILS)) * one
+    columns += [away, away * columns[2], away * columns[3], shares, high, one]
     return np.stack(columns, axis=1)
 
 
@@ -70,10 +78,10 @@ def evidence(
     """The evidence (R,) of each view of a place, from `LEAST` to `MOST` [log odds].
 
     Args:
-        features: (R, 19) as of `features`.
+        features: (R, 20) as of `features`.
         ranges: (R,) distance of the place from the camera on the plan [m].
-        near: (19,) weights of views from within `NEAR`.
-        far: (19,) weights of the others.
+        near: (20,) weights of views from within `NEAR`.
+        far: (20,) weights of the others.
     """
     odds = np.where(ranges <= NEAR, features @ near, features @ far)
     prior = np.log(PRIOR / (1.0 - PRIOR))

@@ -42,6 +42,7 @@ def belief_of_map(
     keyframe_poses: Mapping[int, SE3],
     embeddings: NDArray[np.float32],
     statistics: NDArray[np.float32],
+    pictures: NDArray[np.float32],
     question: Query,
 ) -> PlaceBelief:
     """What is believed of the places of a whole map.
@@ -51,11 +52,12 @@ def belief_of_map(
         keyframe_poses: T_map_cam of every keyframe.
         embeddings: (N, D) of the map's elements.
         statistics: (N, 2) of them, as of `Background.statistics`.
+        pictures: (B, D) of the bank, as of `Background.pictures`.
         question: What is asked for.
     """
     placed = views.placed(keyframe_poses)
     belief = Belief(question, fitted_weights())
-    return belief.update(embeddings, statistics, views.rows, placed)
+    return belief.update(embeddings, statistics, pictures, views.rows, placed)
 
 
 def likeliest_places(

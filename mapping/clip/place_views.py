@@ -28,7 +28,7 @@ NAMES = (
     "far views of neighbours", "mean of far views, where also seen from near",
     "best far view, where not seen from near",
     "number by mean of far views, where not seen from near", "best near views of surroundings",
-    "far views of surroundings", "neighbours by surroundings, near views", "constant",
+    "a room is asked for", "neighbours by surroundings, near views", "constant",
 )  # fmt: skip
 """Names of the features, in their order."""
 _NONE = -99.0
@@ -100,8 +100,12 @@ class PlaceViews:
         """Mean likeness (rows, cols) around each place; 0 where it was not seen."""
         return np.asarray(self._places[..., _LIKENESS] / np.maximum(self._places[..., _VIEWS], 1.0))
 
-    def features(self) -> NDArray[np.float32]:
-        """What the rule counts of every place (rows, cols, 20)."""
+    def features(self, room: bool) -> NDArray[np.float32]:
+        """What the rule counts of every place (rows, cols, 20).
+
+        Args:
+            room: Whether a room is asked for, which many more places show than any thing.
+        """
         p = self._places
         near, far = (p[..., i] > 0 for i in (_NEAR_COUNT, _FAR_COUNT))
         is_near, is_far = near.astype(np.float32), far.astype(np.float32)
@@ -120,7 +124,7 @@ class PlaceViews:
             is_far, is_far * far_mean, is_far * far_best, is_far * views, is_far * views * far_mean,
             beside, around(far_mean, is_far, _NEIGHBOURS), is_near * is_far * far_mean,
             (1.0 - is_near) * far_best, (1.0 - is_near) * views * far_mean,
-            about, around(far_mean, is_far, _SURROUNDINGS), beside * about,
+            about, np.full_like(is_near, room), beside * about,
             np.ones_like(is_near),
         )  # fmt: skip
         return np.stack(columns, axis=-1).astype(np.float32)

@@ -5,18 +5,20 @@ not: the cosine in the encoder's own log odds, and how far it lies above what th
 list of background phrases, in standard deviations. Of those phrases the tenth that is most similar
 to the element is left out: it names what the patch shows, perhaps in the question's own meaning
 ("couch" for "sofa") or beside it (a table before a window), which says nothing against it.
+Of a question a third number says how high its log odds go on a bank of pictures.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.phrases import PHRASES
+from mapping.clip.pictures import bank
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import TextEncoder
@@ -28,26 +30,35 @@ LEAST_SPREAD = np.float32(1e-3)
 ABOVE_TO_LOG_ODDS = 1.86, -8.4
 """Slope and offset that make log odds of standard deviations above the background, as they are of
 the embedded encoder's patches in training home 916."""
+TAIL, USUAL_TAIL = 0.99, 0.3
+"""Quantile over the bank that is the upper tail of a question, and what stands in where an encoder
+has not embedded the bank: the mean over the paper's goals [log odds]."""
 NO_STATISTICS = np.zeros((0, 2), np.float32)
 """What `Background.statistics` returns of no elements."""
+NO_PICTURES = np.zeros((0, 1), np.float32)
+"""Stands for embeddings of the bank that are not known."""
 _AT_ONCE = 16_384
 """Elements whose similarities to all phrases are in memory at a time."""
+_PICTURES_AT_ONCE = 32
+"""Pictures of the bank that are embedded in one batch."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Background:
-    """The background phrases, as an encoder embeds them.
+    """The background phrases and the bank of pictures, as an encoder embeds them.
 
     Attributes:
-        embeddings: (K, D) float32, unit rows.
+        embeddings: (K, D) float32, unit rows, of the phrases.
+        pictures: (B, D) of the pictures likewise; `NO_PICTURES` where they are not known.
     """
 
     embeddings: NDArray[np.float32]
+    pictures: NDArray[np.float32] = field(default_factory=lambda: NO_PICTURES)
 
     @classmethod
-    def embedded_by(cls, encoder: TextEncoder, phrases: Sequence[str] = PHRASES) -> Self:
-        """The phrases in the space of an encoder."""
-        return cls(encoder.embed_texts(phrases))
+    def embedded_by(cls, encoder: TextEncoder) -> Self:
+        """Phrases and bank in the space of an encoder."""
+        return cls(encoder.embed_texts(PHRASES), _pictures_by(encoder))
 
     def statistics(self, embeddings: NDArray[np.float32]) -> NDArray[np.float32]:
         """What each element has in common with the phrases.
@@ -68,6 +79,16 @@ class Background:
             found[part, 0] = lower.mean(axis=1)
             found[part, 1] = np.maximum(lower.std(axis=1), LEAST_SPREAD)
         return found
+
+
+def _pictures_by(encoder: TextEncoder) -> NDArray[np.float32]:
+    """The bank of pictures; none by an encoder that embeds texts alone."""
+    embed_images = getattr(encoder, "embed_images", None)
+    if embed_images is None:
+        return NO_PICTURES
+    pictures = bank()
+    starts = range(0, len(pictures), _PICTURES_AT_ONCE)
+    return np.concatenate([embed_images(pictures[i : i + _PICTURES_AT_ONCE]) for i in starts])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,3 +125,16 @@ class Query:
         else:
             log_odds = self.log_odds[0] * cosines + self.log_odds[1]
         return np.stack([log_odds, above], axis=1).astype(np.float32)
+
+    def tail(self, pictures: NDArray[np.float32]) -> float:
+        """How high the log odds of this question go on the bank of pictures.
+
+        Without known log odds of the encoder it is not known either.
+
+        Args:
+            pictures: (B, D), unit rows, or `NO_PICTURES`.
+        """
+        if len(pictures) == 0 or self.log_odds is None:
+            return USUAL_TAIL
+        scale, bias = self.log_odds
+        return scale * float(np.quantile(pictures @ self.embedding, TAIL)) + bias

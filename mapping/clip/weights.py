@@ -1,6 +1,6 @@
 """The fitted numbers of the belief, as they are kept in `weights.json`.
 
-`python -m vizbot.bench.fast_world.fit` makes the file: 58 numbers, and the homes they are from.
+`python -m vizbot.bench.fast_world.fit` makes the file: 60 numbers, and the homes they are from.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ class Weights:
     """The fitted numbers.
 
     Attributes:
-        near: (19,) of the features of a view from near (`mapping.clip.evidence`).
-        far: (19,) of those of a view from afar.
+        near: (20,) of the features of a view from near (`mapping.clip.evidence`).
+        far: (20,) of those of a view from afar.
         join: (20,) of the features of all views of a place (`mapping.clip.place_views`).
     """
 

@@ -12,7 +12,7 @@ import numpy as np
 from mapping.clip.belief import Belief
 from mapping.clip.scores import Query
 from mapping.clip.weights import fitted_weights
-from mapping.map_bundle import load, require_map_folder, save, with_statistics
+from mapping.map_bundle import load, require_map_folder, save, with_background
 from sim_stubs.clock import SimulatedClock
 from tests.conftest import MeanColours
 from tests.fuzz.spoilt_maps import spoilt_maps
@@ -36,7 +36,7 @@ def use(folder: Path, bundle) -> None:
     for form in ("ply", "tum"):
         export(folder, form, folder.with_name(f"export.{form}"))
     encoder, config, clock = MeanColours(), Config(), SimulatedClock()
-    asked = with_statistics(bundle, encoder)
+    asked = with_background(bundle, encoder)
     find_places(asked, goal_of(encoder, "red chair"), encoder.log_odds, config.objectnav)
     rgb = np.full((240, 320, 3), (240, 20, 12), np.uint8)
     wall = Wall(clock, rgb, CAMERA, ImuSamples.none())

@@ -79,6 +79,8 @@ _VALID = {
     ("places.shares", "reversed"),
     ("places.spots", "reversed"),
     ("elements.statistics", "empty"),
+    ("elements.pictures", "empty"),
+    ("elements.pictures", "shorter"),
     ("grid.occupancy", "shorter"),
     ("grid.occupancy", "wider"),
 }
@@ -130,7 +132,11 @@ def _arrays_of(bundle) -> dict[str, np.ndarray]:
         for group in GROUPS
         for column in fields(getattr(bundle, group))
     }
-    others = {"grid.occupancy": bundle.grid.occupancy, "elements.statistics": bundle.statistics}
+    others = {
+        "grid.occupancy": bundle.grid.occupancy,
+        "elements.statistics": bundle.statistics,
+        "elements.pictures": bundle.pictures,
+    }
     return parts | others
 
 
@@ -210,7 +216,7 @@ def _wrong_headers() -> Iterator[Spoilt]:
     mirror = np.diag([1.0, 1.0, -1.0, 1.0]).tolist()
     camera = {"width": 640, "height": 480, "fx": 600.0, "fy": 600.0, "cx": 320.0, "cy": 240.0}
     wrong: dict[str, list] = {
-        "schema_version": [1, 2, 3, 5, -3, "3x", None, [[3]], 10**400],
+        "schema_version": [1, 2, 3, 4, 6, -3, "3x", None, [[3]], 10**400],
         "created": ["yesterday", None, 1e300, []],
         "model_id": ["", None, 5, "m" * 100_000, "\ud800"],
         "phrases_id": [5, [], "p" * 1000],

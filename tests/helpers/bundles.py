@@ -84,8 +84,15 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         ),
         cloud=Cloud.from_parts(cloud),
         trajectory=Trajectory.from_estimates(estimates),
+        pictures=unit_rows(drawn, 3),
         keep_out=tuple(rng.uniform(-9, 9, (k, 2)).astype(np.float32) for k in (3, 5)),
     )
+
+
+def unit_rows(rng, count):
+    """Embeddings as long as those of the elements."""
+    drawn = rng.normal(size=(count, 4))
+    return (drawn / np.linalg.norm(drawn, axis=1, keepdims=True)).astype(np.float32)
 
 
 def random_places(rng, keyframes, elements):
@@ -115,6 +122,7 @@ def assert_same(a, b):
         assert a.statistics is None
     else:
         np.testing.assert_array_equal(a.statistics, b.statistics)
+    np.testing.assert_array_equal(a.pictures, b.pictures)
     for group in GROUPS:
         for column in fields(getattr(a, group)):
             x = getattr(getattr(a, group), column.name)
@@ -147,16 +155,20 @@ def make_foreign_map(path):
 
 
 def make_older(folder, schema=3):
-    """Turn a map into one as it was saved before it held places, or with 2 a checksum of itself."""
+    """Turn a map into one of a former schema.
+
+    That of 4 had no bank of pictures, that of 3 no places either, that of 2 no checksum of itself.
+    """
     tensors = folder / "map.safetensors"
     arrays = safetensors.numpy.load(tensors.read_bytes())
-    kept = {name: array for name, array in arrays.items() if not name.startswith("places.")}
-    del kept["elements.statistics"]
+    later = ("elements.pictures", "elements.statistics", "places.")[: 1 if schema == 4 else 3]
+    kept = {name: array for name, array in arrays.items() if not name.startswith(later)}
     tensors.write_bytes(safetensors.numpy.save(kept))
     header = json.loads((folder / "map.json").read_text())
-    for name in ("header_sha256", "phrases_id"):
+    for name in ("header_sha256", "pictures_id", "phrases_id")[: 2 if schema == 4 else 3]:
         del header[name]
-    del header["counts"]["places"]
+    if schema < 4:
+        del header["counts"]["places"]
     header |= {
         "schema_version": schema,
         "tensors_size": tensors.stat().st_size,

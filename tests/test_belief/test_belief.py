@@ -8,13 +8,13 @@ from mapping.clip.evidence import LEAST, MOST, evidence, features
 from mapping.clip.footprint import PLACE, Footprint
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.place_views import PlaceViews
-from mapping.clip.scores import Background, Query
+from mapping.clip.scores import NO_PICTURES, Background, Query
 from mapping.clip.weights import Weights, fitted_weights
 from vizbot.core.geometry import planar
 
 WEIGHTS = Weights(
-    np.r_[0.0, 0.0, 2.0, np.zeros(15), -3.0],
-    np.r_[0.0, 0.0, 1.0, np.zeros(15), -3.0],
+    np.r_[0.0, 0.0, 2.0, np.zeros(16), -3.0],
+    np.r_[0.0, 0.0, 1.0, np.zeros(16), -3.0],
     np.r_[0.0, 0.0, 1.0, np.zeros(5), 0.5, np.zeros(10), -2.0],
 )
 """Weights that count the coarsest patch's log odds alone."""
@@ -52,7 +52,7 @@ class Seen:
         statistics = np.tile(np.float32([0.1, 0.1]), (len(self.embeddings), 1))
         self.placed = self.map.placed(keyframe_poses or {0: np.eye(4)})
         return (belief or self.belief).update(
-            self.embeddings, statistics, self.map.rows, self.placed
+            self.embeddings, statistics, NO_PICTURES, self.map.rows, self.placed
         )
 
 
@@ -100,6 +100,9 @@ class Counting:
         self.elements.append(len(embeddings))
         return ASKED.scores(embeddings, statistics)
 
+    def tail(self, pictures):
+        return 0.0
+
 
 def test_a_running_question_is_put_to_what_is_new_alone_after_a_loop_closure_too():
     seen, question = Seen(), Counting()
@@ -129,10 +132,12 @@ def test_an_encoder_with_other_cosines_in_the_same_order_gives_the_same_probabil
     believed = []
     for space, known in ((rows, log_odds), (scaled, undone)):
         elements, phrases, question = space[:30], space[30:230], space[230]
+        background = Background(phrases, space[100:200])
         believed.append(
             Belief(Query(question, known), fitted_weights()).update(
                 elements,
-                Background(phrases).statistics(elements),
+                background.statistics(elements),
+                background.pictures,
                 places.rows,
                 places.placed({0: np.eye(4)}),
             )
@@ -176,11 +181,31 @@ def test_a_view_counts_once_for_each_spot_and_heading():
     assert seen.map.is_new_view(camera(0.2, 0.2, 0.6)) and seen.map.is_new_view(camera(0.6, 0.1))
 
 
+def test_a_question_that_is_like_many_pictures_is_believed_the_less():
+    seen, believed = Seen(), []
+    seen.look(camera(0, 0.1), 0.4, 1.1)
+    statistics, placed = np.tile(np.float32([0.1, 0.1]), (1, 1)), seen.map.placed({0: np.eye(4)})
+    for cosine in (0.4, 0.6):
+        pictures = np.tile(np.float32([cosine, np.sqrt(1 - cosine**2)]), (8, 1))
+        belief = Belief(ASKED, fitted_weights())
+        now = belief.update(seen.embeddings, statistics, pictures, seen.map.rows, placed)
+        believed.append(at(now, 1.1, 0.1))
+    assert 0.0 < believed[1] < 0.9 * believed[0]
+
+
+def test_more_places_are_a_room_than_a_thing():
+    seen = Seen()
+    seen.look(camera(0, 0.1), 0.4, 1.1)
+    thing = at(seen.now(belief=Belief(ASKED, fitted_weights())), 1.1, 0.1)
+    room = at(seen.now(belief=Belief(ASKED, fitted_weights(), room=True)), 1.1, 0.1)
+    assert room > thing
+
+
 def test_evidence_of_one_view_is_bounded():
     scores = np.array([[100.0, 50.0], [-100.0, -50.0]], np.float32)
     patches, ranges = np.array([[0, 0, 0], [1, 1, 1]]), np.float32([1.0, 1.0])
-    found = features(scores, patches, ranges, np.ones(2, np.float32))
-    assert found.shape == (2, 19)
+    found = features(scores, patches, ranges, np.ones(2, np.float32), tail=0.5)
+    assert found.shape == (2, 20)
     assert evidence(found, ranges, WEIGHTS.near, WEIGHTS.far).tolist() == [MOST, LEAST]
 
 
@@ -192,13 +217,13 @@ def test_the_best_views_of_a_place_are_kept_in_order():
     cameras = np.float32([[0, 0], [1, 0], [2, 0], [3, 0]])
     views.add(places, odds, np.zeros(4, np.float32), np.full(4, 1.0, np.float32), spots, cameras)
     assert views.seen_from[0, 0].tolist() == [1, 0], "where the best view was taken"
-    near, top, mean, spots_told, *_ = views.features()[0, 0]
+    near, top, mean, spots_told, *_ = views.features(room=False)[0, 0]
     assert (near, top, mean) == pytest.approx((1.0, (2.0 + 1.0 + 0.5) / 3, 2.5 / 4))
     assert spots_told == pytest.approx(np.log1p(3)) and views.low.tolist() == [7, -3]
     afar = np.float32([5.0]), spots[:1], np.float32([[9, 9]])
     views.add(np.array([[6, -2]]), odds[:1], odds[:1], *afar)
     views.add(np.array([[7, -3]]), np.float32([5.0]), odds[:1], *afar)
-    assert views.shape == (2, 2) and views.features()[0, 1, 1] == pytest.approx(3.5 / 3)
+    assert views.shape == (2, 2) and views.features(room=False)[0, 1, 1] == pytest.approx(3.5 / 3)
     assert views.seen[1, 0] and not views.seen[0, 0]
     assert views.seen_from[1, 0].tolist() == [9, 9]
     assert views.seen_from[0, 1].tolist() == [1, 0], "views from near count before those from afar"
@@ -232,7 +257,7 @@ def test_a_place_is_believed_less_where_it_is_more_probably_another_room():
         seen.look(camera(0, 0.1), likeness, 1.1)
         belief = Belief(Query(kitchen, (10.0, -5.0), rivals), WEIGHTS)
         placed = seen.map.placed(poses)
-        now = belief.update(seen.embeddings, statistics, seen.map.rows, placed)
+        now = belief.update(seen.embeddings, statistics, NO_PICTURES, seen.map.rows, placed)
         believed.append(at(now, 1.1, 0.1))
     assert believed[1] == believed[0], "it is the likelier one"
     assert 0.0 < believed[3] < 0.8 * believed[2]

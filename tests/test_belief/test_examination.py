@@ -29,7 +29,7 @@ SOFA_AT, WRONG_AT = 2, 4
 
 def corridor(sofa=4.0, wrong=1.0):
     """A walk along a corridor; each view shows one place, a metre ahead, with these log odds."""
-    features = np.zeros((VIEWS, 19), np.float32)
+    features = np.zeros((VIEWS, 20), np.float32)
     features[:, :3] = -5.0
     features[SOFA_AT, :3], features[WRONG_AT, :3] = sofa, wrong
     features[:, 18] = 1.0

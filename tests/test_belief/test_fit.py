@@ -18,7 +18,7 @@ from vizbot.bench.fast_world.fit import HOMES, Omission, SeenHome, fitted, logis
 def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from():
     kept = json.loads(FILE.read_text())
     weights = fitted_weights()
-    assert weights.near.shape == weights.far.shape == (19,) and weights.join.shape == (20,)
+    assert weights.near.shape == weights.far.shape == (20,) and weights.join.shape == (20,)
     assert weights.near.size + weights.far.size + weights.join.size <= 60
     assert kept["homes"] == list(HOMES) and min(HOMES) >= 916 and max(HOMES) <= 999
     assert kept["encoder"].startswith("embedded-")
@@ -30,7 +30,7 @@ def test_nothing_seen_is_hardly_ever_believed():
         np.array([[0, 0]]), np.float32([-2.5]), np.float32([0.0]), np.float32([1.0]),
         np.array([0]), np.zeros((1, 2), np.float32),
     )  # fmt: skip
-    odds = views.features()[0, 0] @ fitted_weights().join
+    odds = views.features(room=False)[0, 0] @ fitted_weights().join
     assert odds < -2.0
 
 
@@ -50,13 +50,13 @@ def test_places_are_looked_at_early_and_late_on_a_walk(monkeypatch):
     there = np.zeros((1, views), bool)
     there[0, 3] = True
     home = SeenHome(
-        {"sofa": np.zeros((views, 19), np.float32)}, {}, {"sofa": (there, np.zeros(2, np.int64))},
+        {"sofa": np.zeros((views, 20), np.float32)}, {}, {"sofa": (there, np.zeros(2, np.int64))},
         {"sofa": np.zeros(views, np.float32)}, np.ones(views, np.float32), places,
         np.arange(views + 1), np.arange(views), 0.25 * places, np.zeros(views, np.int64),
     )  # fmt: skip
     monkeypatch.setattr(fit, "walk_in", lambda home, rng: list(range(views)))
     monkeypatch.setattr(fit, "_KEPT", 1.0)
-    weights = np.zeros(19)
+    weights = np.zeros(20)
     found = list(fit._joined(home, weights, weights, np.random.default_rng(0)))
     assert [len(outcomes) for _, outcomes, _ in found] == [5, 8, 14, 20] * 3
     for features, outcomes, counts in found:

@@ -5,6 +5,7 @@ import pytest
 
 from mapping.clip.likeliest_places import belief_of_map, likeliest_places
 from mapping.clip.place_rows import PlaceMap
+from mapping.clip.scores import NO_PICTURES
 from tests.test_belief.test_belief import ASKED, WEIGHTS, camera, shown
 from vizbot.core.geometry import planar
 
@@ -19,7 +20,7 @@ def ask(views, likeness, poses=None, first_xy=None):
     embeddings = embeddings.reshape(-1, 2)
     statistics = np.tile(np.float32([0.1, 0.1]), (len(likeness), 1))
     poses = poses or {0: np.eye(4)}
-    belief = belief_of_map(views, poses, embeddings, statistics, ASKED)
+    belief = belief_of_map(views, poses, embeddings, statistics, NO_PICTURES, ASKED)
     return likeliest_places(belief, views, poses, embeddings, ASKED, first_xy)
 
 

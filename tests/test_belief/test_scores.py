@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.clip.phrases import PHRASES, other_rooms
-from mapping.clip.scores import ABOVE_TO_LOG_ODDS, Background, Query
+from mapping.clip.pictures import EDGE, bank
+from mapping.clip.scores import ABOVE_TO_LOG_ODDS, NO_PICTURES, USUAL_TAIL, Background, Query
 
 
 def unit(rows):
@@ -45,6 +46,42 @@ def test_without_known_log_odds_they_follow_from_the_distance(space):
     slope, offset = ABOVE_TO_LOG_ODDS
     np.testing.assert_array_equal(unknown[:, 1], known[:, 1])
     np.testing.assert_allclose(unknown[:, 0], slope * known[:, 1] + offset, rtol=1e-5)
+
+
+def test_the_upper_tail_is_what_one_in_a_hundred_pictures_exceeds():
+    cosines = np.linspace(-1.0, 1.0, 1001, dtype=np.float32)
+    pictures = np.column_stack([cosines, np.sqrt(1 - cosines**2)])
+    question = Query(np.float32([1.0, 0.0]), (10.0, -5.0))
+    assert question.tail(pictures) == pytest.approx(10.0 * 0.98 - 5.0, abs=1e-3)
+    shifted = Query(np.float32([1.0, 0.0]), (10.0, -4.0))
+    assert shifted.tail(pictures) == pytest.approx(question.tail(pictures) + 1.0)
+
+
+def test_without_log_odds_or_pictures_the_usual_tail_stands_in(space):
+    elements, _, question = space
+    assert Query(question, None).tail(elements) == USUAL_TAIL
+    assert Query(question, (13.0, -5.0)).tail(NO_PICTURES) == USUAL_TAIL
+
+
+def test_the_bank_has_pictures_of_many_kinds():
+    pictures = np.array(bank())
+    assert pictures.shape == (256, EDGE, EDGE, 3) and pictures.dtype == np.uint8
+    assert len({picture.tobytes() for picture in pictures}) > 250
+    assert np.ptp(pictures.mean(axis=(1, 2, 3))) > 150
+
+
+def test_the_background_has_no_pictures_by_who_embeds_texts_alone():
+    class Texts:
+        def embed_texts(self, texts):
+            return np.ones((len(texts), 1), np.float32)
+
+    class Both(Texts):
+        def embed_images(self, images):
+            return np.array([[image.mean()] for image in images], np.float32)
+
+    assert len(Background.embedded_by(Texts()).pictures) == 0
+    means = [[picture.mean()] for picture in bank()]
+    np.testing.assert_allclose(Background.embedded_by(Both()).pictures, means, rtol=1e-5)
 
 
 class Scaled:

@@ -99,7 +99,12 @@ def test_a_blown_up_map_has_as_many_more_views_of_places_and_they_can_be_believe
     assert len(many.statistics) == 3 * count
     question = Query(many.elements.embeddings[0], None)
     belief = belief_of_map(
-        PlaceMap(rows), many.keyframes.poses(), many.elements.embeddings, many.statistics, question
+        PlaceMap(rows),
+        many.keyframes.poses(),
+        many.elements.embeddings,
+        many.statistics,
+        many.pictures,
+        question,
     )
     assert belief.seen.any()
 

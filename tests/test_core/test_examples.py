@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import pytest
 
-from mapping.map_bundle import save, with_statistics
+from mapping.clip.scores import NO_PICTURES
+from mapping.map_bundle import save, with_background
 from tests.helpers.bundles import bundle_of
 from tests.helpers.checkout import ROOT
 from vizbot.config import Config
@@ -54,11 +55,12 @@ def test_a_saved_map_is_asked(run, tmp_path):
     rows = encoder.embed_texts(["white door"]).repeat(len(bundle.elements.keyframes), axis=0)
     rows[:20] = encoder.embed_texts(["yellow chair"])
     elements = replace(bundle.elements, embeddings=rows)
-    bundle = replace(bundle, elements=elements, model_id=encoder.model_id, statistics=None)
+    lacking = {"statistics": None, "pictures": NO_PICTURES}
+    bundle = replace(bundle, elements=elements, model_id=encoder.model_id, **lacking)
     save(bundle, tmp_path / "map")
     first, *said = run("ask_saved_map.py", tmp_path / "map", "yellow chair").splitlines()
     goal, config = goal_of(encoder, "yellow chair"), Config().objectnav
-    answer = find_places(with_statistics(bundle, encoder), goal, encoder.log_odds, config)
+    answer = find_places(with_background(bundle, encoder), goal, encoder.log_odds, config)
     assert first == "yellow chair"
     for line, place in zip(said, answer.places, strict=True):
         x, y, z = place.position

@@ -84,7 +84,7 @@ def test_the_answer_is_the_likeliest_place_of_the_map(monkeypatch):
     places = [LikelyPlace(np.zeros(3), 0.7, 0), LikelyPlace(np.ones(3), 0.2, 1)]
     keyframes = SimpleNamespace(poses=dict)
     elements = SimpleNamespace(embeddings=None)
-    bundle = SimpleNamespace(statistics=0, keyframes=keyframes, elements=elements)
+    bundle = SimpleNamespace(statistics=0, pictures=0, keyframes=keyframes, elements=elements)
     monkeypatch.setattr(exploration, "belief_of_map", lambda *_: None)
     for found in (places, places[1:], []):
         monkeypatch.setattr(exploration, "likeliest_places", lambda *_, found=found: found)

@@ -114,6 +114,13 @@ def test_the_true_encoder_tells_the_share_of_a_patch(world):
     assert (cosines[:, 2] == 0.0).all()
 
 
+def test_the_true_encoder_knows_nothing_of_pictures_of_other_cameras(world):
+    encoder = TrueEncoder(world, GOALS)
+    rows = encoder.embed_images([np.full((96, 96, 3), 90, np.uint8)])
+    assert (rows @ encoder.embed_texts(GOALS).T == 0.0).all()
+    assert np.linalg.norm(rows, axis=1) == pytest.approx([1.0])
+
+
 def test_embeddings_of_the_true_encoder_are_unit_and_other_words_are_like_nothing(world):
     encoder = TrueEncoder(world, GOALS)
     assert encoder.embed_images([]).shape == (0, 5)

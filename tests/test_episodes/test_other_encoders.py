@@ -59,7 +59,7 @@ def test_log_odds_and_standard_scores_are_those_of_the_own_encoder():
     encoder, scores = OtherEncoder(OWN, "clip"), []
     for each in (OWN, encoder):
         pictures = each.embed_images(PICTURES)
-        statistics = Background.embedded_by(each, TEXTS).statistics(pictures)
+        statistics = Background(each.embed_texts(TEXTS)).statistics(pictures)
         question = Query(each.embed_texts(["thing 7"])[0], each.log_odds)
         scores.append(question.scores(pictures, statistics))
     np.testing.assert_allclose(scores[0], scores[1], atol=1e-3)

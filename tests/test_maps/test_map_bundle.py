@@ -58,7 +58,7 @@ def test_the_header_can_be_read_by_people_and_other_programs(tmp_path):
     bundle = bundle_of()
     save(bundle, tmp_path / "home")
     header = json.loads((tmp_path / "home" / "map.json").read_text())
-    assert header["schema_version"] == 4
+    assert header["schema_version"] == 5
     assert header["model_id"] == "embedded"
     assert header["counts"]["elements"] == len(bundle.elements.keyframes)
     assert header["intrinsics"]["fy"] == 601.25
@@ -79,13 +79,14 @@ def test_a_map_of_schema_2_still_loads_with_or_without_a_notice(tmp_path):
     save(bundle, tmp_path / "home")
     make_older(tmp_path / "home", 2)
     older = load(tmp_path / "home")
-    assert_same(replace(older, places=bundle.places, statistics=bundle.statistics), bundle)
+    lost = {name: getattr(bundle, name) for name in ("places", "statistics", "pictures")}
+    assert_same(replace(older, **lost), bundle)
     header = json.loads((tmp_path / "home" / "map.json").read_text())
     del header["notice"]
     (tmp_path / "home" / "map.json").write_text(json.dumps(header))
     assert load(tmp_path / "home").notice is None
     save(bundle, tmp_path / "home")
-    assert json.loads((tmp_path / "home" / "map.json").read_text())["schema_version"] == 4
+    assert json.loads((tmp_path / "home" / "map.json").read_text())["schema_version"] == 5
 
 
 def test_a_map_of_schema_3_still_loads_and_its_elements_tell_its_places(tmp_path):
@@ -93,8 +94,9 @@ def test_a_map_of_schema_3_still_loads_and_its_elements_tell_its_places(tmp_path
     save(bundle, tmp_path / "home")
     make_older(tmp_path / "home")
     older = load(tmp_path / "home")
-    assert older.statistics is None and len(older.places) > 0
-    assert_same(replace(older, places=bundle.places, statistics=bundle.statistics), bundle)
+    assert older.statistics is None and len(older.places) > 0 and len(older.pictures) == 0
+    lost = {name: getattr(bundle, name) for name in ("places", "statistics", "pictures")}
+    assert_same(replace(older, **lost), bundle)
     save(older, tmp_path / "home")
     assert_same(load(tmp_path / "home"), older)
 
@@ -108,6 +110,25 @@ def test_elements_of_an_older_map_that_lie_far_beyond_any_room_tell_no_places(tm
     make_older(tmp_path / "home")
     older = load(tmp_path / "home")
     assert len(older.elements.frames) == len(points) and len(older.places) > 0
+
+
+def test_a_map_of_schema_4_still_loads_without_the_bank_of_pictures(tmp_path):
+    bundle = bundle_of()
+    save(bundle, tmp_path / "home")
+    make_older(tmp_path / "home", 4)
+    older = load(tmp_path / "home")
+    assert len(older.pictures) == 0
+    assert_same(replace(older, pictures=bundle.pictures), bundle)
+
+
+def test_another_bank_of_pictures_is_not_used(tmp_path, monkeypatch):
+    bundle = bundle_of()
+    monkeypatch.setattr("mapping.map_bundle.PICTURES_ID", "another bank")
+    save(bundle, tmp_path / "home")
+    assert_same(load(tmp_path / "home"), bundle)
+    monkeypatch.undo()
+    loaded = load(tmp_path / "home")
+    assert len(loaded.pictures) == 0 and loaded.statistics is not None
 
 
 def test_statistics_over_another_list_of_phrases_are_not_used(tmp_path, monkeypatch):

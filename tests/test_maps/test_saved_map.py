@@ -7,8 +7,9 @@ import pytest
 
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.place_rows import PlaceMap
+from mapping.clip.scores import NO_PICTURES
 from mapping.keyframes.anchors import Cloud, Keyframes
-from mapping.map_bundle import MapBundle, load, save
+from mapping.map_bundle import MapBundle, load, save, with_background
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.depth_mapper import DepthMapper
 from sim_stubs.clock import SimulatedClock
@@ -175,9 +176,16 @@ def test_places_that_the_elements_tell_are_those_that_depth_showed(first_run, tm
     assert (frames == frames[:, :1]).all()
 
 
-def test_statistics_that_a_map_lacks_are_computed_when_it_is_continued(first_run, mean_colours):
-    frame, lacking = render(lap(100)[30], 0.0), replace(first_run, statistics=None)
+@pytest.mark.parametrize("lost", [{"statistics": None}, {"pictures": NO_PICTURES}])
+def test_what_a_map_lacks_of_its_background_is_computed_when_it_is_continued(
+    first_run, mean_colours, lost
+):
+    frame, lacking = render(lap(100)[30], 0.0), replace(first_run, **lost)
     perception = Perception(
         frame, T_BASE_CAM, mean_colours, SimulatedClock(), AT_ONCE, saved_map=lacking
     )
-    np.testing.assert_allclose(perception.statistics, first_run.statistics, atol=1e-6)
+    asked = with_background(lacking, mean_colours)
+    for each in (perception, asked):
+        np.testing.assert_allclose(each.statistics, first_run.statistics, atol=1e-6)
+        np.testing.assert_array_equal(each.pictures, first_run.pictures)
+    assert len(first_run.pictures) == 256

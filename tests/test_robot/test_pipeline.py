@@ -145,7 +145,7 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     activities, track = [], []
     for _ in range(3):
         began = pipeline.tick(Task.MAP).frame.stamp
-    for _ in range(80):
+    for _ in range(120):
         step = pipeline.tick(goal)
         activities.append(step.activity)
         track.append(step.T_map_base[:2, 3])
@@ -331,7 +331,7 @@ def test_what_is_refuted_is_believed_less_by_the_next_search_for_the_same_words(
     pipeline = pipeline_on(ScriptedBase(), colour=(240, 220, 12))
     goal = pipeline.goal("yellow chair")
     ended = None
-    for _ in range(80):
+    for _ in range(120):
         if (ended := pipeline.tick(goal).ended) is not None:
             break
     place = pipeline.report(goal, *ended).candidates[0]
@@ -361,7 +361,7 @@ def test_a_step_tells_the_place_that_the_robot_goes_up_to_and_the_map_what_shows
     while not seen or seen[-1].ended is None:
         step = pipeline.tick(goal)
         seen += [step] if step.candidate_xy is not None else []
-        assert step.index < 80
+        assert step.index < 120
     assert len(seen) > 1 and all(step.target is not None for step in seen)
     place = pipeline.candidate(seen[0].candidate_xy)
     assert np.linalg.norm(place.position[:2] - seen[0].candidate_xy) < 0.5

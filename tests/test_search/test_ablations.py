@@ -113,6 +113,6 @@ def test_without_joined_views_only_the_best_of_a_place_count():
             np.zeros(times, np.float32), np.ones(times, np.float32), np.arange(times),
             np.zeros((times, 2), np.float32),
         )  # fmt: skip
-        odds.append(views.features()[0, 0] @ np.stack([whole.join, alone.join], axis=1))
+        odds.append(views.features(room=False)[0, 0] @ np.stack([whole.join, alone.join], axis=1))
     assert odds[0][1] == pytest.approx(odds[1][1]) and odds[0][0] < odds[1][0]
     assert search.belief_of(SOFA, Query(SOFA.embedding, (1.0, 0.0)))._weights is alone

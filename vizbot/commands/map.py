@@ -125,7 +125,7 @@ def query(options: MapQueryOptions) -> None:
     from vizbot.operator.session.place_answers import count_places, find_places
 
     if not by_paper:
-        bundle = map_bundle.with_statistics(bundle, encoder)
+        bundle = map_bundle.with_background(bundle, encoder)
     answer = find_places(bundle, goal, encoder.log_odds, config.objectnav)
     count = None
     if isinstance(question, HowMany):

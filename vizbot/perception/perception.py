@@ -17,7 +17,7 @@ from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap, FrameElements, embed_frame
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import PlacedElements, Placement
-from mapping.clip.scores import NO_STATISTICS, Background
+from mapping.clip.scores import NO_PICTURES, NO_STATISTICS, Background
 from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory
 from mapping.map_bundle import MapBundle
 from mapping.occupancy.depth_mapper import DepthMapper
@@ -117,11 +117,13 @@ class Perception:
         )
         self.places = PlaceMap(None if saved_map is None else saved_map.places)
         background = parts.background or cache(partial(Background.embedded_by, encoder))
-        known = None if saved_map is None else saved_map.statistics
-        if known is None:
-            elements = self.clip_map.embeddings
-            known = background().statistics(elements) if len(elements) else NO_STATISTICS
-        self._statistics = GrowingRows(known)
+        statistics, self._pictures = NO_STATISTICS, NO_PICTURES
+        if saved_map is not None and saved_map.statistics is not None and len(saved_map.pictures):
+            statistics, self._pictures = saved_map.statistics, saved_map.pictures
+        elif len(self.clip_map):
+            statistics = background().statistics(self.clip_map.embeddings)
+            self._pictures = background().pictures
+        self._statistics = GrowingRows(statistics)
         self._placement = Placement()
         self._encoder, self._background = encoder, background
         self._clock = clock
@@ -193,10 +195,17 @@ class Perception:
         """What each element of the CLIP map has in common with the background phrases (N, 2)."""
         return self._statistics.rows
 
+    @property
+    def pictures(self) -> NDArray[np.float32]:
+        """The bank of pictures (B, D) as the encoder embeds it; none before the first element."""
+        return self._pictures
+
     def believe(self, belief: Belief) -> PlaceBelief:
         """What a belief, which may have followed this map before, has of it now."""
         placed = self.places.placed(self.slam.keyframe_poses())
-        return belief.update(self.clip_map.embeddings, self.statistics, self.places.rows, placed)
+        return belief.update(
+            self.clip_map.embeddings, self.statistics, self.pictures, self.places.rows, placed
+        )
 
     def sightings(self, similarities: NDArray[np.float32]) -> Sightings:
         """The elements of the CLIP map with their similarities (N,) to a goal."""
@@ -219,6 +228,7 @@ class Perception:
             views=self.slam.views(),
             elements=self.clip_map.elements,
             statistics=self.statistics,
+            pictures=self.pictures,
             places=self.places.rows,
             grid=self.grid(),
             cloud=Cloud.from_parts(self._cloud),
@@ -292,6 +302,7 @@ class Perception:
             )
         self.clip_map.add(keyframe, T_keyframe_cam, embedded.elements, index)
         self._statistics.add(embedded.statistics)
+        self._pictures = self._background().pictures
 
     def _log_encoder(self, error: DeviceError | None) -> None:
         """Log when the encoder begins to fail, which leaves frames unmapped, and when it works."""

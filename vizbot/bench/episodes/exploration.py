@@ -109,7 +109,7 @@ def explored_map(
         write_whole(result_file, _EXPLORATION.dump_json(exploration))
         map_bundle.save(bundle, folder)
     exploration = _EXPLORATION.validate_json(result_file.read_bytes())
-    return exploration, map_bundle.with_statistics(map_bundle.load(folder), encoder_of(config))
+    return exploration, map_bundle.with_background(map_bundle.load(folder), encoder_of(config))
 
 
 def _explored(world: World, seed: int, config: Config) -> tuple[ExplorationResult, MapBundle]:
@@ -219,6 +219,6 @@ def _likeliest(bundle: MapBundle, rows: PlaceRows, question: Query) -> LikelyPla
     """The most probable place for a question; None where the map shows no place."""
     assert bundle.statistics is not None
     places, poses, embeddings = PlaceMap(rows), bundle.keyframes.poses(), bundle.elements.embeddings
-    belief = belief_of_map(places, poses, embeddings, bundle.statistics, question)
+    belief = belief_of_map(places, poses, embeddings, bundle.statistics, bundle.pictures, question)
     likeliest = likeliest_places(belief, places, poses, embeddings, question)
     return likeliest[0] if likeliest else None

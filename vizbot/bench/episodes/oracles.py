@@ -239,15 +239,21 @@ class TrueEncoder:
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of patches of the frame that the robot has just taken.
 
-        A patch is a NumPy view of the frame's image, which gives its position in the frame.
+        A patch is a NumPy view of the frame's image, which gives its position in the frame. Other
+        pictures show nothing that is known.
         """
         embeddings = np.zeros((len(images), self.dimension), np.float32)
         if not images:
             return embeddings
-        shown = self._shown()
+        size = self._world.intrinsics.height, self._world.intrinsics.width
+        shown: NDArray[np.bool_] | None = None
         for row, image in zip(embeddings, images, strict=True):
             frame = image if image.base is None else image.base
             assert isinstance(frame, np.ndarray)
+            if frame.shape[:2] != size:
+                row[-2] = 1.0
+                continue
+            shown = self._shown() if shown is None else shown
             v, offset = divmod(image.ctypes.data - frame.ctypes.data, frame.strides[0])
             u = offset // frame.strides[1]
             patch = shown[:, v : v + image.shape[0], u : u + image.shape[1]]

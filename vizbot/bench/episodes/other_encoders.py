@@ -77,11 +77,13 @@ class OtherEncoder:
     def map_of(self, bundle: MapBundle) -> MapBundle:
         """A map of the own encoder as it would be if this one had embedded its patches."""
         embeddings = self.embeddings_of_pictures(bundle.elements.embeddings)
+        background = Background.embedded_by(self)
         return replace(
             bundle,
             model_id=self.model_id,
             elements=replace(bundle.elements, embeddings=embeddings),
-            statistics=Background.embedded_by(self).statistics(embeddings),
+            statistics=background.statistics(embeddings),
+            pictures=background.pictures,
         )
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:

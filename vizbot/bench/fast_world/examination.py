@@ -22,14 +22,16 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from mapping.clip.belief import unless_another
 from mapping.clip.evidence import evidence
 from mapping.clip.footprint import PLACE
+from mapping.clip.phrases import other_rooms
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.retrieval import best
 from mapping.clip.weights import fitted_weights
 from sim_stubs.scoring.places import are_true
 from vizbot.bench.episodes.run import encoder_of
-from vizbot.bench.fast_world.fit import HOMES, SeenHome, logistic, see_home, walk_in
+from vizbot.bench.fast_world.fit import HOMES, SeenHome, is_room, logistic, see_home, walk_in
 from vizbot.bench.fast_world.views import HEADINGS
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.bench.harness.fingerprint import commit, hardware
@@ -135,29 +137,37 @@ def passes_in(homes: Sequence[SeenHome], seeds: Sequence[int]) -> tuple[Passes, 
         rng = np.random.default_rng(seed)
         for goal in home.true:
             for walk in [walk_in(home, rng) for _ in range(WALKS)]:
-                for passes, values in ((believed, _Believed()), (cosine, _BestCosine())):
+                for passes, values in ((believed, _Believed(goal)), (cosine, _BestCosine())):
                     _walk(home, seed, goal, walk, values, passes)
     return believed, cosine
 
 
 class _Believed:
-    """The probability of each place by the belief."""
+    """The probability of each place by the belief, as a search has it."""
 
-    def __init__(self) -> None:
-        self._views, self._weights = PlaceViews(), fitted_weights()
+    def __init__(self, goal: str) -> None:
+        self._views = {each: PlaceViews() for each in (goal, *other_rooms(goal))}
+        self._weights, self._room = fitted_weights(), is_room(goal)
 
     def add(self, home: SeenHome, goal: str, view: int) -> None:
         rows = slice(home.first[view], home.first[view + 1])
         ranges, weights = home.ranges[rows], self._weights
-        found = evidence(home.features[goal][rows], ranges, weights.near, weights.far)
         stands = np.full(len(ranges), home.stands[view])
         unasked = np.zeros((len(ranges), 2), np.float32)
-        likeness = home.likeness[goal][rows]
-        self._views.add(home.places[rows], found, likeness, ranges, stands, unasked)
+        for asked, views in self._views.items():
+            found = evidence(home.features[asked][rows], ranges, weights.near, weights.far)
+            likeness = home.likeness[asked][rows]
+            views.add(home.places[rows], found, likeness, ranges, stands, unasked)
 
     def values(self) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_]]:
-        odds = self._views.features() @ self._weights.join
-        return self._views.low, 1.0 / (1.0 + np.exp(-odds)), self._views.seen
+        views = next(iter(self._views.values()))
+        own, *rivals = (self._probabilities(each) for each in self._views.values())
+        values = unless_another(own, views.seen, rivals) if rivals else own
+        return views.low, values, views.seen
+
+    def _probabilities(self, views: PlaceViews) -> NDArray[np.float64]:
+        odds = views.features(self._room) @ self._weights.join
+        return np.asarray(1.0 / (1.0 + np.exp(-odds)))
 
 
 class _BestCosine:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from mapping.clip.evidence import NEAR, PRIOR, evidence, features
 from mapping.clip.footprint import PLACE
+from mapping.clip.phrases import other_rooms
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Background, Query
 from mapping.clip.weights import FILE, Weights
@@ -69,10 +70,10 @@ class SeenHome:
     """What the views of a home show of their places, one view of a place a row.
 
     Attributes:
-        features: (R, 19) of each goal, by its name.
-        there: (R,) whether it is truly there, likewise.
+        features: (R, 20) of each goal, and of the rooms that one may be instead, by its name.
+        there: (R,) whether it is truly there, of the goals, likewise.
         true: What `true_places` returns, likewise.
-        likeness: (R,) likewise.
+        likeness: (R,) of each with features, likewise.
         ranges: (R,) [m].
         places: (R, 2) column, row.
         first: (V + 1,) first row of each view.
@@ -140,11 +141,14 @@ def seen_in(home: FastHome) -> SeenHome:
     shares = np.concatenate([view.footprint.shares for view in views])
     places = np.floor(np.concatenate(points) / PLACE).astype(np.int64)
     goals = [goal for goal in GOALS if true_places(home.world.house, goal)[0].any()]
+    asked = list(dict.fromkeys([*goals, *(each for goal in goals for each in other_rooms(goal))]))
     found, there, true, likeness = {}, {}, {}, {}
-    for goal, text in zip(goals, home.encoder.embed_texts(goals), strict=True):
-        scores = Query(text, home.encoder.log_odds).scores(embeddings, statistics)
-        found[goal] = features(scores, patches, ranges, shares)
+    for goal, text in zip(asked, home.encoder.embed_texts(asked), strict=True):
+        question = Query(text, home.encoder.log_odds)
+        scores, tail = question.scores(embeddings, statistics), question.tail(background.pictures)
+        found[goal] = features(scores, patches, ranges, shares, tail)
         likeness[goal] = scores[patches[:, 2], 1]
+    for goal in goals:
         true[goal] = true_places(home.world.house, goal)
         there[goal] = are_true(places, *true[goal])
     return SeenHome(
@@ -169,6 +173,11 @@ def fitted(homes: list[SeenHome], without: Omission | None = None) -> Weights:
     if without is Omission.JOINED_VIEWS:
         inputs[:, [i for i in range(inputs.shape[1]) if i not in _BEST_VIEWS]] = 0.0
     return Weights(of_views[0], of_views[1], logistic(inputs, outcomes, weights))
+
+
+def is_room(goal: str) -> bool:
+    """Whether a goal of the paper is a room."""
+    return bool(other_rooms(goal))
 
 
 def _in_world(view: View, home: FastHome, stand: int, heading: int) -> NDArray[np.float64]:
@@ -226,7 +235,7 @@ def _joined(
                 outcomes = are_true(np.stack([column, row], axis=1) + views.low, there, low)
                 kept = outcomes | (rng.random(len(outcomes)) < _KEPT)
                 yield (
-                    views.features()[row[kept], column[kept]].astype(np.float64),
+                    views.features(is_room(goal))[row[kept], column[kept]].astype(np.float64),
                     outcomes[kept].astype(np.float64),
                     np.where(outcomes[kept], 1.0, 1.0 / _KEPT),
                 )

@@ -135,7 +135,7 @@ class BeliefMind:
 
         Args:
             config: Settings of the robot.
-            encoder: Embeds the background phrases.
+            encoder: Embeds the background.
             goal: What is looked for.
             log_odds: Scale and bias of the encoder; None where they are not known.
             search: Makes the search.
@@ -171,7 +171,11 @@ class BeliefMind:
         """What to do in this step."""
         places = self._places
         belief = self._search.belief_of(self._goal, self._question).update(
-            self._map.embeddings, self._statistics, places.rows, places.placed(_POSES)
+            self._map.embeddings,
+            self._statistics,
+            self._background.pictures,
+            places.rows,
+            places.placed(_POSES),
         )
         belief = self._search.as_judged(self._goal, belief)
         return self._search.go(self._goal, belief, grid, T_map_base)

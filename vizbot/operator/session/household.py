@@ -92,6 +92,7 @@ class HouseholdBeliefs:
             text: belief.update(
                 bundle.elements.embeddings,
                 bundle.statistics,
+                bundle.pictures,
                 bundle.places,
                 replace(placed, moved=self._moved),
             )

@@ -148,6 +148,7 @@ def _belief(bundle: MapBundle, question: Query) -> PlaceBelief:
         bundle.keyframes.poses(),
         bundle.elements.embeddings,
         bundle.statistics,
+        bundle.pictures,
         question,
     )
 
