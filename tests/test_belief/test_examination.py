@@ -10,9 +10,11 @@ import pytest
 from vizbot.bench.fast_world import examination
 from vizbot.bench.fast_world.curves import COLOURS
 from vizbot.bench.fast_world.examination import (
+    ASKED,
     HELD_OUT,
     WALKS,
     Passes,
+    after_refutation,
     examined,
     missed_at,
     passes_in,
@@ -78,6 +80,24 @@ def test_what_is_passed_again_does_not_count(monkeypatch):
         assert cosine.first == [(7, greatest)] * WALKS
 
 
+def test_goals_that_do_not_count_leave_the_walks_of_others_as_they_are():
+    all_goals, _ = passes_in([corridor()], [7])
+    sofas, _ = passes_in([corridor()], [7], lambda goal: goal == "sofa")
+    others, _ = passes_in([corridor()], [7], lambda goal: goal != "sofa")
+    assert sofas.first == all_goals.first and others.first == []
+
+
+def test_the_next_place_is_told_where_the_likeliest_is_wrong():
+    right, _ = passes_in([corridor()], [7])
+    assert [each for _, _, each in right.refuted] == [False] * WALKS, "before it was seen"
+    wrong, _ = passes_in([corridor(sofa=0.0)], [7])
+    seeds, values, nexts = zip(*wrong.refuted, strict=True)
+    assert set(seeds) == {7} and any(nexts)
+    told = after_refutation(wrong)
+    assert told["count"] == len(values) and told["believed"] == pytest.approx(np.mean(values))
+    assert told["right"] == pytest.approx(np.mean(nexts))
+
+
 @pytest.mark.parametrize(("share", "missed"), [(0.0, 0.75), (0.25, 0.5), (0.5, 0.25), (1.0, 0.0)])
 def test_the_level_lets_so_many_walks_end_wrongly(share, missed):
     wrong, first = [0.1, 0.3, 0.5, 0.7], [0.2, 0.4, 0.6, 0.8]
@@ -113,6 +133,10 @@ def test_the_page_tells_both_and_its_picture_is_drawn(tmp_path):
     kept = {
         "commit": "c0ffee", "encoder": "embedded", "homes": [7], "passes": WALKS, "wrong_places": 9,
         "belief": asdict(examined(believed)), "cosine": asdict(examined(cosine)),
+        "things": asdict(missed_at(believed, ASKED)), "rooms": asdict(missed_at(believed, ASKED)),
+        "after_refutation": {
+            "count": 8, "believed": 0.4, "right": 0.5, "over_homes": (0.3, 0.6),
+        },
     }  # fmt: skip
     (tmp_path / FILE).write_text(json.dumps(kept))
     text = belief_page(tmp_path, tmp_path / "belief.md")

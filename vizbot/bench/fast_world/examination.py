@@ -5,17 +5,18 @@ of the probability of each place. Is it one, of all places that were seen? And d
 robot passes near by from what only looks like it: how much is missed at the first pass, where so
 many of the likeliest wrong places are believed? Both are asked of the best cosine of each place,
 too; it becomes a probability as Platt did it (1999, "Probabilistic outputs"), by two numbers that
-the homes of the fit gave. VIEWS keeps the views.
+the homes of the fit gave. And where the likeliest place is wrong, is the next one right as often as
+it is believed? VIEWS keeps the views.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
@@ -40,6 +41,7 @@ from vizbot.bench.harness.workers import in_parallel
 from vizbot.core.files import write_whole
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.looks import APART
+from vizbot.objectnav.verdicts import OF_ROOM
 from vizbot.operator.printing import echo
 
 HELD_OUT = range(926, 932)
@@ -48,6 +50,8 @@ WALKS = 3
 """Walks for each goal of a home."""
 FALSE_SHARES = (0.01, 0.02, 0.03, 0.05, 0.1, 0.15, 0.2, 0.3)
 """Shares of wrong places that are believed, for which the share of what is missed is told."""
+ASKED = 0.03
+"""Share of the wrong places that may be believed, at which it was asked what is missed."""
 _NEAR = BeliefSearch.CLOSING
 """What a view shows within this distance is passed near by [m]."""
 _GONE = HEADINGS
@@ -70,12 +74,15 @@ class Passes:
         first: Greatest value of a thing during the first pass near by it, with the home.
         values: Of the places that were seen.
         there: Whether the goal is there.
+        refuted: Where the likeliest place is wrong, the value of the next one, with the home, and
+            whether that one is right.
     """
 
     wrong: list[tuple[int, float]] = field(default_factory=list)
     first: list[tuple[int, float]] = field(default_factory=list)
     values: list[NDArray[np.float64]] = field(default_factory=list)
     there: list[NDArray[np.bool_]] = field(default_factory=list)
+    refuted: list[tuple[int, float, bool]] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,18 +132,24 @@ class Examined:
     curve: tuple[Missed, ...]
 
 
-def passes_in(homes: Sequence[SeenHome], seeds: Sequence[int]) -> tuple[Passes, Passes]:
+def passes_in(
+    homes: Sequence[SeenHome],
+    seeds: Sequence[int],
+    counts: Callable[[str], bool] = lambda goal: True,
+) -> tuple[Passes, Passes]:
     """What the belief and the best cosine say on walks in homes.
 
     Args:
         homes: What their views show.
         seeds: Of the homes, which draw the walks.
+        counts: Which goals count; the walks for them are the same whichever do.
     """
     believed, cosine = Passes(), Passes()
     for home, seed in zip(homes, seeds, strict=True):
         rng = np.random.default_rng(seed)
         for goal in home.true:
-            for walk in [walk_in(home, rng) for _ in range(WALKS)]:
+            walks = [walk_in(home, rng) for _ in range(WALKS)]
+            for walk in walks if counts(goal) else ():
                 for passes, values in ((believed, _Believed(goal)), (cosine, _BestCosine())):
                     _walk(home, seed, goal, walk, values, passes)
     return believed, cosine
@@ -215,13 +228,37 @@ def _walk(
         for thing in [each for each in now if step - last[each] >= _GONE]:
             over[thing] = now.pop(thing)
         if step in judged:
+            place = np.argwhere(seen)[:, ::-1] + first
             passes.values.append(values[seen])
-            passes.there.append(are_true(np.argwhere(seen)[:, ::-1] + first, there, low))
+            passes.there.append(are_true(place, there, low))
+            apart = OF_ROOM if is_room(goal) else APART
+            after = _next_after(values[seen], place, passes.there[-1], apart)
+            passes.refuted += [(seed, *each) for each in after]
     passes.first += [(seed, value) for value in (over | now).values()]
     if wrong:
         at, values = np.array(list(wrong), float) * PLACE, np.array(list(wrong.values()))
         likeliest = best(values.astype(np.float32), at, _MOST_WRONG, APART)
         passes.wrong += [(seed, float(value)) for value in values[likeliest]]
+
+
+def _next_after(
+    values: NDArray[np.float64],
+    places: NDArray[np.int64],
+    right: NDArray[np.bool_],
+    apart: float,
+) -> Iterator[tuple[float, bool]]:
+    """The second likeliest place where the likeliest is wrong: its value, and whether it is right.
+
+    Args:
+        values: (N,) of the places.
+        places: (N, 2) column, row.
+        right: (N,) whether the goal is there.
+        apart: Least distance between the two [m].
+    """
+    centres = places.astype(np.float64) * PLACE
+    likeliest = best(values.astype(np.float32), centres, 2, apart)
+    if len(likeliest) == 2 and not right[likeliest[0]]:
+        yield float(values[likeliest[1]]), bool(right[likeliest[1]])
 
 
 def missed_at(passes: Passes, share: float) -> Missed:
@@ -232,6 +269,17 @@ def missed_at(passes: Passes, share: float) -> Missed:
     missed = [(seed, float(value < least)) for seed, value in passes.first]
     mean = float(np.mean([each for _, each in missed]))
     return Missed(share, mean, interval_over_homes(missed))
+
+
+def after_refutation(passes: Passes) -> dict[str, Any]:
+    """What the next place is believed to be where the likeliest is wrong, and how often it is."""
+    right = [(seed, float(each)) for seed, _, each in passes.refuted]
+    return {
+        "count": len(right),
+        "believed": float(np.mean([value for _, value, _ in passes.refuted])),
+        "right": float(np.mean([each for _, each in right])),
+        "over_homes": interval_over_homes(right),
+    }
 
 
 def examined(passes: Passes) -> Examined:
@@ -270,7 +318,10 @@ def examine(
 ) -> None:
     """Examine the belief and the best cosine in homes that nothing was fitted on."""
     _, before = passes_in(list(_seen(HOMES, folder)), HOMES)
-    believed, cosine = passes_in(list(_seen(HELD_OUT, folder)), HELD_OUT)
+    seen = list(_seen(HELD_OUT, folder))
+    believed, cosine = passes_in(seen, HELD_OUT)
+    things, _ = passes_in(seen, HELD_OUT, lambda goal: not is_room(goal))
+    rooms, _ = passes_in(seen, HELD_OUT, is_room)
     platt(before, cosine)
     content = {
         "commit": commit(),
@@ -282,6 +333,9 @@ def examine(
         "passes": len(believed.first),
         "belief": asdict(examined(believed)),
         "cosine": asdict(examined(cosine)),
+        "things": asdict(missed_at(things, ASKED)),
+        "rooms": asdict(missed_at(rooms, ASKED)),
+        "after_refutation": after_refutation(believed),
     }
     write_whole(out, (json.dumps(content, indent=1) + "\n").encode())
     echo(f"written: {out}", err=True)

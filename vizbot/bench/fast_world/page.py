@@ -11,14 +11,13 @@ from mapping.clip import evidence, place_views
 from mapping.clip.weights import FILE as WEIGHTS
 from mapping.clip.weights import fitted_weights
 from vizbot.bench.fast_world.curves import MEASURES, draw_curves
+from vizbot.bench.fast_world.examination import ASKED
 from vizbot.bench.harness.tables import markdown_table, percent, percent_range
 from vizbot.core.files import write_whole
 
 FILE = "examination.json"
 PICTURE = "pictures/belief/curves.png"
 """The picture, from the folder of the page."""
-_ASKED = 0.03
-"""Share of the wrong places that may be believed, at which it was asked what is missed."""
 _TITLE = f"""# The belief, examined
 
 `python -m vizbot.bench.fast_world.examination VIEWS --out docs/results/rows/belief/{FILE}` takes
@@ -78,6 +77,8 @@ def belief_page(folder: Path, page: Path) -> str:
         ),
         "Intervals are 95 % over homes.",
         _half_as_many(kept),
+        "## After a refutation",
+        _after_refutation(kept),
         *_numbers(),
     ]
     return "\n\n".join(parts) + "\n"
@@ -93,14 +94,33 @@ def write_belief_picture(folder: Path, page: Path) -> None:
 
 def _half_as_many(kept: Mapping[str, Any]) -> str:
     """Whether what was asked for is reached: half as many missed at so many believed wrongly."""
-    at = next((i for i, one in enumerate(kept["belief"]["curve"]) if one["false"] == _ASKED), None)
+    at = next((i for i, one in enumerate(kept["belief"]["curve"]) if one["false"] == ASKED), None)
     if at is None:
         return ""
     belief, cosine = (kept[key]["curve"][at]["missed"] for key in MEASURES)
     reached = "are" if belief <= cosine / 2 else "are not"
     return (
-        f"It was asked that at {percent(_ASKED)} % at most half as many are missed as by the best"
-        f" cosine: they {reached} ({percent(belief)} % of {percent(cosine)} %)."
+        f"It was asked that at {percent(ASKED)} % at most half as many are missed as by the best"
+        f" cosine: they {reached} ({percent(belief)} % of {percent(cosine)} %). Things and rooms,"
+        f" each at a level of its own: {_missed(kept['things'])} and {_missed(kept['rooms'])} %."
+    )
+
+
+def _after_refutation(kept: Mapping[str, Any]) -> str:
+    """Whether the next place is believed enough where the likeliest is refuted."""
+    after = kept["after_refutation"]
+    low, high = after["over_homes"] or (0.0, 1.0)
+    holds = low <= after["believed"] <= high
+    so = (
+        "so a refutation says nothing of other places that the interval would not allow, and the"
+        " probabilities are left as they are"
+        if holds
+        else "which the probabilities do not take into account"
+    )
+    return (
+        f"Where the likeliest place is wrong ({after['count']} times) the next one is believed at"
+        f" {percent(after['believed'])} % on average and is right in {percent(after['right'])} %"
+        f" ({percent_range(after['over_homes'])}): {so}."
     )
 
 
