@@ -30,7 +30,7 @@ LEAST_SPREAD = np.float32(1e-3)
 ABOVE_TO_LOG_ODDS = 1.86, -8.4
 """Slope and offset that make log odds of standard deviations above the background, as they are of
 the embedded encoder's patches in training home 916."""
-TAIL, USUAL_TAIL = 0.99, 0.3
+TAIL, USUAL_TAIL = 0.99, 0.1
 """Quantile over the bank that is the upper tail of a question, and what stands in where an encoder
 has not embedded the bank: the mean over the paper's goals [log odds]."""
 NO_STATISTICS = np.zeros((0, 2), np.float32)

@@ -112,10 +112,9 @@ def _after_refutation(kept: Mapping[str, Any]) -> str:
     low, high = after["over_homes"] or (0.0, 1.0)
     holds = low <= after["believed"] <= high
     so = (
-        "so a refutation says nothing of other places that the interval would not allow, and the"
-        " probabilities are left as they are"
+        "what is believed lies within that, so a refutation leaves other places as they are"
         if holds
-        else "which the probabilities do not take into account"
+        else "a refutation says more of other places than is made of it"
     )
     return (
         f"Where the likeliest place is wrong ({after['count']} times) the next one is believed at"
