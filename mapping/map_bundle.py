@@ -20,10 +20,10 @@ import safetensors.numpy
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
+from mapping.clip.background.phrases import PHRASES_ID
+from mapping.clip.background.pictures import PICTURES_ID
 from mapping.clip.mapper import ClipElements
 from mapping.clip.own_encoder import is_class_name
-from mapping.clip.phrases import PHRASES_ID
-from mapping.clip.pictures import PICTURES_ID
 from mapping.clip.place_rows import PlaceMap, PlaceRows
 from mapping.clip.scores import NO_PICTURES, NO_STATISTICS, Background
 from mapping.keyframes.anchors import (

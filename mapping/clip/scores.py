@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.phrases import PHRASES
-from mapping.clip.pictures import bank
+from mapping.clip.background.phrases import PHRASES
+from mapping.clip.background.pictures import bank
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import TextEncoder
@@ -99,7 +99,7 @@ class Query:
         embedding: (D,) float32, unit length.
         log_odds: Scale and bias that make log odds of a cosine, as the encoder was trained; None
             where they are not known. The standard deviations above the background stand in then.
-        rivals: (R, D) what a place may be instead (`mapping.clip.phrases`); none of most questions.
+        rivals: (R, D) what a place may be instead (`other_rooms`); none of most questions.
     """
 
     embedding: NDArray[np.float32]

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mapping.clip.phrases import PHRASES, other_rooms
-from mapping.clip.pictures import EDGE, bank
+from mapping.clip.background.phrases import PHRASES, other_rooms
+from mapping.clip.background.pictures import EDGE, bank
 from mapping.clip.scores import ABOVE_TO_LOG_ODDS, NO_PICTURES, USUAL_TAIL, Background, Query
 
 

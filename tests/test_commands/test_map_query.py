@@ -23,7 +23,7 @@ def ask(tmp_path, monkeypatch, mean_colours):
         return mean_colours
 
     monkeypatch.setattr("vizbot.rig.require_encoder", lambda _: None)
-    monkeypatch.setattr("vizbot.rig.open_text_encoder", open_encoder)
+    monkeypatch.setattr("vizbot.rig.open_encoder", open_encoder)
 
     def command(**options):
         options = {"text": "yellow chair", "as_json": True} | options

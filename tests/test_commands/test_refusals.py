@@ -114,8 +114,9 @@ def test_a_saved_map_answers_without_pytorch(run, tmp_path):
     encoder = EmbeddedTexts(read_files())
     bundle = bundle_of(model_id=encoder.model_id)
     seen = ["sofa", *["wall"] * (len(bundle.elements.keyframes) - 1)]
-    elements = replace(bundle.elements, embeddings=encoder.embed_texts(seen))
-    map_bundle.save(replace(bundle, elements=elements), tmp_path / "home")
+    rows = encoder.embed_texts(seen)
+    elements = replace(bundle.elements, embeddings=rows)
+    map_bundle.save(replace(bundle, elements=elements, pictures=rows), tmp_path / "home")
     code, answer, loaded = run("map", "query", "home", "sofa")
     assert code == 0 and encoder.notice in answer
     assert not {"torch", "transformers", "gtsam", "mujoco", "fastapi"} & set(loaded)

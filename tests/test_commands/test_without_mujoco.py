@@ -60,7 +60,8 @@ def test_a_map_is_asked(vizbot, tmp_path):
     home = bundle_of(model_id=encoder.model_id)
     rows = len(home.elements.keyframes)
     embeddings = np.eye(rows, encoder.dimension, dtype=np.float32)
-    home = replace(home, elements=replace(home.elements, embeddings=embeddings))
+    elements = replace(home.elements, embeddings=embeddings)
+    home = replace(home, elements=elements, pictures=embeddings)
     map_bundle.save(home, tmp_path / "home")
     ended = vizbot("map", "query", "home", "sofa")
     assert ended.returncode == 0, ended.stderr

@@ -322,12 +322,12 @@ class Verdicts:
 
 def test_what_is_not_it_is_searched_for_again_at_once(pipeline_on):
     verdicts = Verdicts(confirmed=False)
-    script = {0: lambda session: session.ask(["yellow chair"]), 80: verdicts.say}
-    robot = ScriptedRun(pipeline_on, script, last=200)
+    script = {0: lambda session: session.ask(["yellow chair"]), 100: verdicts.say}
+    robot = ScriptedRun(pipeline_on, script, last=240)
     first, second = robot.run()
     assert first.outcome is Outcome.ARRIVED and first.effort.way > 0.0
     assert [task.number for task in verdicts.answers[0].result()] == [second.number]
-    assert second.text == "yellow chair" and robot.steps[81].goal == "yellow chair"
+    assert second.text == "yellow chair" and robot.steps[101].goal == "yellow chair"
     assert verdicts.kept == [("yellow chair", False)]
     [line] = [line for line in robot.session.log.lines() if line.code == "verdict"]
     assert line.text == "yellow chair: ann says that is not it; the search goes on"
@@ -337,7 +337,7 @@ def test_what_is_not_it_is_searched_for_again_at_once(pipeline_on):
 
 def test_what_is_it_stays_found_and_the_robot_rests(pipeline_on):
     verdicts = Verdicts(confirmed=True)
-    script = {0: lambda session: session.ask(["yellow chair"]), 80: verdicts.say}
+    script = {0: lambda session: session.ask(["yellow chair"]), 100: verdicts.say}
     robot = ScriptedRun(pipeline_on, script)
     [task] = robot.run()
     assert verdicts.answers[0].result() == [] and verdicts.kept == [("yellow chair", True)]
@@ -350,8 +350,8 @@ def test_before_an_arrival_and_once_another_search_has_begun_nothing_can_be_refu
     script = {
         0: lambda session: session.ask(["yellow chair"]),
         3: verdicts.say,
-        80: lambda session: session.ask(["blue chair"]),
-        90: verdicts.say,
+        100: lambda session: session.ask(["blue chair"]),
+        110: verdicts.say,
     }
     ScriptedRun(pipeline_on, script).run()
     assert all("the robot has not arrived, or has begun" in each for each in verdicts.refusals())
@@ -360,11 +360,11 @@ def test_before_an_arrival_and_once_another_search_has_begun_nothing_can_be_refu
 
 def test_a_robot_that_goes_on_already_is_not_sent_back_to_search(pipeline_on):
     verdicts = Verdicts(confirmed=False)
-    asks = {0: ["yellow chair"], 80: [Waypoint(1.0, 0.0)]}
+    asks = {0: ["yellow chair"], 100: [Waypoint(0.0, 0.0)]}
     script = {step: lambda session, what=what: session.ask(what) for step, what in asks.items()}
-    robot = ScriptedRun(pipeline_on, script | {82: verdicts.say}, last=90)
+    robot = ScriptedRun(pipeline_on, script | {102: verdicts.say}, last=110)
     robot.run()
-    assert verdicts.refusals() == ["the robot goes on already: go to 1.0 m, 0.0 m; stop it first"]
+    assert verdicts.refusals() == ["the robot goes on already: go to 0.0 m, 0.0 m; stop it first"]
     assert robot.session.awaits_verdict
 
 
@@ -375,7 +375,7 @@ def test_a_stop_after_a_verdict_was_sent_keeps_the_search_from_going_on(pipeline
         verdicts.say(session)
         session.stop("bob")
 
-    script = {0: lambda session: session.ask(["yellow chair"]), 80: say_and_stop}
+    script = {0: lambda session: session.ask(["yellow chair"]), 100: say_and_stop}
     robot = ScriptedRun(pipeline_on, script)
     assert len(robot.run()) == 1
     assert verdicts.refusals() == ["the robot was stopped meanwhile; ask again"]

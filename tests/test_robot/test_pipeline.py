@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.roomba.config import RoombaConfig
-from mapping.clip.phrases import PHRASES
+from mapping.clip.background.phrases import PHRASES
 from mapping.clip.reading import Reading
 from tests.helpers.bundles import bundle_of
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks

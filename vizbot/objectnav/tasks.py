@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.phrases import other_rooms
+from mapping.clip.background.phrases import other_rooms
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Twist
 

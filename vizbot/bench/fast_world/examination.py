@@ -23,10 +23,10 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from mapping.clip.background.phrases import other_rooms
 from mapping.clip.belief import unless_another
 from mapping.clip.evidence import evidence
 from mapping.clip.footprint import PLACE
-from mapping.clip.phrases import other_rooms
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.retrieval import best
 from mapping.clip.weights import fitted_weights

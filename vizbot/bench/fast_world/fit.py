@@ -20,9 +20,9 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from mapping.clip.background.phrases import other_rooms
 from mapping.clip.evidence import NEAR, PRIOR, evidence, features
 from mapping.clip.footprint import PLACE
-from mapping.clip.phrases import other_rooms
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Background, Query
 from mapping.clip.weights import FILE, Weights

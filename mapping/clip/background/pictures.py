@@ -12,7 +12,6 @@ from functools import cache
 from hashlib import sha256
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +27,8 @@ PICTURES_ID = sha256(FILE.read_bytes()).hexdigest()[:12]
 @cache
 def bank() -> tuple[NDArray[np.uint8], ...]:
     """The pictures, RGB (EDGE, EDGE, 3)."""
+    import cv2  # which nobody waits for who is refused
+
     sheet = cv2.cvtColor(cv2.imread(str(FILE)), cv2.COLOR_BGR2RGB)
     rows = np.split(sheet, len(sheet) // EDGE)
     tiles = [tile for row in rows for tile in np.split(row, ACROSS, axis=1)]

@@ -1,0 +1,1 @@
+"""What elements and questions are held against: background phrases, and a bank of pictures."""
