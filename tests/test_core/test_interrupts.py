@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from vizbot.core.interrupts import ending_on_signals, is_interrupt
+from vizbot.core.interrupts import ending_on_signals, holding_interrupts, is_interrupt
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -65,6 +65,28 @@ def test_a_second_signal_does_not_cut_the_stop_short(signals):
             signal.raise_signal(signal.SIGINT)
             stopped = True
     assert stopped
+
+
+def test_a_held_signal_ends_the_program_after_the_change(signals):
+    done = []
+    with pytest.raises(KeyboardInterrupt), ending_on_signals():
+        with holding_interrupts():
+            with holding_interrupts():
+                signal.raise_signal(signal.SIGTERM)
+                done.append("inner")
+            done.append("outer")
+        done.append("after")
+    assert done == ["inner", "outer"]
+
+
+def test_a_change_that_holds_no_signal_ends_nothing(signals):
+    with ending_on_signals():
+        with holding_interrupts():
+            pass
+        with pytest.raises(ValueError, match="wrong"), holding_interrupts():
+            raise ValueError("wrong")
+    with pytest.raises(KeyboardInterrupt), ending_on_signals():
+        signal.raise_signal(signal.SIGTERM)
 
 
 def test_other_errors_of_finalisers_are_reported_as_before(monkeypatch):

@@ -1,14 +1,23 @@
+import signal
+
 import numpy as np
 import pytest
 
+from mapping import map_bundle
 from mapping.clip.belief import Belief
 from mapping.clip.footprint import PLACE
+from mapping.clip.growing_rows import GrowingRows
+from mapping.clip.mapper import ClipMap
+from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Background, Query
 from mapping.clip.weights import fitted_weights
+from mapping.occupancy.depth_mapper import DepthMapper
+from mapping.slam.slam import Slam
 from sim_stubs.clock import SimulatedClock
 from tests.helpers.box_room import CAMERA, T_BASE_CAM, dead_reckoning, lap, render
 from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import invert, planar, transform
+from vizbot.core.interrupts import ending_on_signals
 from vizbot.perception.perception import Perception
 
 AT_ONCE = PerceptionConfig(embedding_latency=0.0)
@@ -73,6 +82,38 @@ def test_a_place_is_of_patches_of_the_frame_that_shows_it(perceive):
         u0, v0, u1, v1 = elements.boxes[rows.elements[i, 0]]
         assert u0 <= CAMERA.fx * x / z + CAMERA.cx <= u1
         assert v0 <= CAMERA.fy * y / z + CAMERA.cy <= v1
+
+
+@pytest.mark.parametrize(
+    ("part", "method"),
+    [
+        (Slam, "track"),
+        (DepthMapper, "integrate"),
+        (PlaceMap, "add"),
+        (ClipMap, "add"),
+        (GrowingRows, "add"),
+    ],
+)
+def test_an_interrupted_map_can_be_saved(part, method, perceive, signals, monkeypatch, tmp_path):
+    """Wherever it strikes: what is half changed is changed whole before the program ends."""
+    do, perceptions = getattr(part, method), []
+
+    def done_and_signalled(*args, **named):
+        result = do(*args, **named)
+        if perceptions:
+            signal.raise_signal(signal.SIGINT)
+        return result
+
+    monkeypatch.setattr(part, method, done_and_signalled)
+    with pytest.raises(KeyboardInterrupt), ending_on_signals():
+        perceive(lap(100)[:9:3], perceptions.append)
+    perceptions[0].finish()
+    bundle = perceptions[0].bundle()
+    map_bundle.save(bundle, tmp_path / "map")
+    kept = map_bundle.load(tmp_path / "map")
+    assert kept.statistics is not None
+    assert len(kept.statistics) == len(kept.elements.keyframes) > 0
+    assert len(kept.trajectory.stamps) >= 2
 
 
 def test_the_same_view_again_adds_elements_and_no_places(perceive):

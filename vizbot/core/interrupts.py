@@ -13,6 +13,16 @@ _SOON = 0.01
 """From an interrupt that a finaliser lost to the next one [s]; the finaliser has ended then."""
 
 
+class _Hold(threading.local):
+    """How many changes that hold interrupts this thread is in, and whether one waits for them."""
+
+    depth = 0
+    waits = False
+
+
+_hold = _Hold()
+
+
 def is_interrupt(error: BaseException) -> bool:
     """Whether `error` is Ctrl-C or a signal, which compiled code wraps into other errors.
 
@@ -38,6 +48,22 @@ def ended_by_interrupt() -> Iterator[None]:
 
 
 @contextmanager
+def holding_interrupts() -> Iterator[None]:
+    """Change what must not be left half changed: an interrupt ends the program after it.
+
+    It holds those of `ending_on_signals`; keep what is done inside short, the robot still drives.
+    """
+    _hold.depth += 1
+    try:
+        yield
+    finally:
+        _hold.depth -= 1
+        if _hold.waits and not _hold.depth:
+            _hold.waits = False
+            raise KeyboardInterrupt
+
+
+@contextmanager
 def ending_on_signals() -> Iterator[None]:
     """Turn the first signal that ends a program into an interrupt, so that devices are closed.
 
@@ -50,6 +76,9 @@ def ending_on_signals() -> Iterator[None]:
     def interrupt(number: int, frame: object) -> None:
         for each in ending:
             signal.signal(each, signal.SIG_IGN)
+        if _hold.depth:
+            _hold.waits = True
+            return
         raise KeyboardInterrupt
 
     def interrupt_again(lost: sys.UnraisableHookArgs) -> None:

@@ -27,6 +27,7 @@ from vizbot.config import PerceptionConfig
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import back_project, camera_mount, invert
 from vizbot.core.interfaces import Clock, Pending
+from vizbot.core.interrupts import holding_interrupts
 from vizbot.core.types import (
     SE3,
     OccupancyGrid,
@@ -144,7 +145,7 @@ class Perception:
     def update(
         self, frame: RGBDFrame, T_odom_base: SE3 | None, *, lifted: bool = False
     ) -> PoseEstimate:
-        """Work one frame into the poses and the obstacle map.
+        """Work one frame into the poses and the obstacle map; an interrupt ends it afterwards.
 
         A frame whose place is unknown does not enter the obstacle map.
 
@@ -153,22 +154,23 @@ class Perception:
             T_odom_base: Dead reckoning by the wheels; None without a base.
             lifted: Whether the robot hangs in the air.
         """
-        if lifted and self._estimates:
-            estimate = self.slam.lift(frame.stamp)
-        else:
-            estimate = self.slam.track(frame, T_odom_base)
-        self._estimates.append(estimate)
-        if estimate.tracking is not Tracking.LOST:
-            self.depth_mapper.integrate(
-                estimate.keyframe,
-                estimate.T_keyframe_cam,
-                estimate.T_map_cam,
-                frame.depth,
-                frame.intrinsics,
-            )
-            if estimate.is_keyframe:
-                self._add_to_cloud(estimate.keyframe, frame)
-        self.depth_mapper.follow(self.slam.keyframe_poses())
+        with holding_interrupts():
+            if lifted and self._estimates:
+                estimate = self.slam.lift(frame.stamp)
+            else:
+                estimate = self.slam.track(frame, T_odom_base)
+            self._estimates.append(estimate)
+            if estimate.tracking is not Tracking.LOST:
+                self.depth_mapper.integrate(
+                    estimate.keyframe,
+                    estimate.T_keyframe_cam,
+                    estimate.T_map_cam,
+                    frame.depth,
+                    frame.intrinsics,
+                )
+                if estimate.is_keyframe:
+                    self._add_to_cloud(estimate.keyframe, frame)
+            self.depth_mapper.follow(self.slam.keyframe_poses())
         return estimate
 
     @property
@@ -286,7 +288,8 @@ class Perception:
                 self._log_encoder(error)
                 return
             self._log_encoder(None)
-            self._add(embedded, estimate, index)
+            with holding_interrupts():  # or the map's parts would not fit together
+                self._add(embedded, estimate, index)
             self._T_map_embedded = estimate.T_map_cam
 
     def _add(self, embedded: _Embedded, estimate: PoseEstimate, index: int) -> None:
