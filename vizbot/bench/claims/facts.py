@@ -11,9 +11,10 @@ from typing import Any
 
 from vizbot.bench.episodes.absent_things import ThingAnswer
 from vizbot.bench.episodes.episode import EpisodeResult, QueryResult
+from vizbot.bench.faults.bench import DRIVES_BY_DEFAULT, MISSIONS_BY_DEFAULT
 from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.scores import FaultScore
-from vizbot.bench.faults.totals import FaultTotals
+from vizbot.bench.faults.totals import DefaultResults, FaultTotals
 from vizbot.bench.harness.bench_plan import SEARCHED, results_file
 from vizbot.bench.harness.scores import NavigationScore, PairedCounts, Rate, interval_over_homes
 from vizbot.bench.harness.store import Store, StoredResult
@@ -234,6 +235,7 @@ def _fault_totals(folder: Path) -> Facts:
     scores = [line.result for line in drives]
     totals = FaultTotals.count(scores, ours)
     undisturbed = Rate.over(m.reached for m in ours if not m.mission.faults)
+    by_default = _faults_by_default(folder)
     return _made(drives) | {
         "drives": totals.drives,
         "missions": totals.missions,
@@ -244,7 +246,18 @@ def _fault_totals(folder: Path) -> Facts:
         "maps_lost": totals.maps_lost,
         "strayed": totals.strayed,
         "astray_most": max((s.astray_max or 0.0 for s in scores), default=0.0),
+        "silent": totals.silent,
+        "default_drives": sum(len(score.series.seeds) for score in by_default.scores),
+        "default_missions": len(by_default.missions),
+        "default_ended": sum(m.ended_by_default for m in by_default.missions),
+        "default_right": rate_facts(by_default.right),
     }
+
+
+def _faults_by_default(folder: Path) -> DefaultResults:
+    drives = Store(folder / DRIVES_BY_DEFAULT, FaultScore).fullest()
+    missions = Store(folder / MISSIONS_BY_DEFAULT, FaultMissionResult).fullest()
+    return DefaultResults([line.result for line in drives], [line.result for line in missions])
 
 
 def _encoder(kept: Facts) -> Facts:
