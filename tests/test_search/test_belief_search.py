@@ -147,6 +147,35 @@ def test_what_is_believed_near_by_is_gone_up_to_before_anything_else():
     assert np.linalg.norm(search.answer_xy - (5.1, 2.1)) < PLACE
 
 
+@pytest.mark.parametrize(
+    ("apart", "likelier", "goes_on"), [(1.5, 0.95, True), (1.5, 0.9, False), (1.75, 0.95, False)]
+)
+def test_of_what_one_patch_may_show_the_likeliest_is_gone_up_to(apart, likelier, goes_on):
+    """What stands before a sofa is believed for its sake: 1.3 m from there is too far from it."""
+    grid, frontiers = room()
+    before, sofa = (3.6, 2.1), (3.6 + apart, 2.1)
+    belief = believed(at={before: 0.85, sofa: likelier})
+    search = BeliefSearch(CONFIG, frontiers)
+    walked(search, belief, grid, planar(2.4, 2.1, 0.0), sofa)
+    assert np.linalg.norm(search.answer_xy - (sofa if goes_on else before)) < PLACE
+
+
+def test_a_likelier_place_behind_a_wall_is_no_way_around_it():
+    grid, frontiers = room()
+    grid.occupancy[: int(3.9 / 0.05), int(4.6 / 0.05) : int(4.7 / 0.05)] = 1.0
+    belief = believed(at={(3.6, 1.1): 0.85, (5.1, 1.1): 0.95})
+    search = BeliefSearch(CONFIG, frontiers)
+    walked(search, belief, grid, planar(2.4, 1.1, 0.0), (5.1, 1.1))
+    assert np.linalg.norm(search.answer_xy - (3.6, 1.1)) < PLACE
+
+
+def test_of_a_room_the_place_in_sight_is_gone_up_to_as_it_is():
+    grid, frontiers = room()
+    belief = believed(at={(3.6, 2.1): 0.85, (5.1, 2.1): 0.95})
+    decision = BeliefSearch(CONFIG, frontiers).go(KITCHEN, belief, grid, planar(2.4, 2.1, 0.0))
+    assert np.linalg.norm(decision.navigation.goal_xy - (3.6, 2.1)) < PLACE
+
+
 @pytest.mark.parametrize(("left", "arrives"), [(1.02 * HELD, True), (0.9 * HELD, False)])
 def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(left, arrives):
     grid, frontiers = room()

@@ -58,6 +58,9 @@ class BeliefSearch:
     """What looking costs once the robot is there, as a length of way [m]."""
     CLOSING = 2.0
     """Distance of a believed place that the robot goes up to before anything else [m]."""
+    AROUND = 1.6
+    """Distance of places that one patch may show [m]: what stands before a thing is believed for
+    its sake, and the thing itself is gone up to."""
 
     def __init__(
         self, config: Config, frontiers: FrontierSearch, parts: SearchParts = ALL_PARTS
@@ -214,22 +217,30 @@ class BeliefSearch:
         fronts_xy, known = fronts_of(costmap, places_xy, seen_from)
         reach = ROOM_REACH if self._wants_room else REACH
         probabilities = belief.probabilities[rows, columns]
-        for i in np.flatnonzero(near)[np.argsort(-probabilities[near])]:
-            xy = places_xy[i]
+
+        def way_to(i: int) -> Navigation | None:
+            side = seen_from[i] if known[i] else None
+            return self._navigate(places_xy[i], reach, costmap, T_map_base, side)
+
+        for i in np.flatnonzero(near)[np.argsort(-probabilities[near])].tolist():
             if not sees(costmap, here, fronts_xy[i], resolution):
                 continue
-            threshold = kept if self._aims_at("stop", xy) else sure
+            threshold = kept if self._aims_at("stop", places_xy[i]) else sure
             if probabilities[i] < threshold:
                 continue
-            side = seen_from[i] if known[i] else None
-            navigation = self._navigate(xy, reach, costmap, T_map_base, side)
+            navigation = way_to(i)
             if navigation is None or navigation.distance > self.CLOSING:
                 continue
+            chosen, likeliest = i, self._likeliest_around(i, places_xy, probabilities)
+            way = way_to(likeliest) if likeliest != i else None
+            if way is not None and way.distance <= self.CLOSING + self.AROUND:
+                chosen, navigation = likeliest, way
+            xy = places_xy[chosen]
             aim = self._aim
             if aim is None or not self._aims_at("stop", xy):
                 aim = self._aim = Aim("stop", xy, sure=sure)
             self._previous = navigation
-            score, standing = float(probabilities[i]), navigation.arrived
+            score, standing = float(probabilities[chosen]), navigation.arrived
             why = reasons.near_by(score, sure=True, standing=standing)
             decision = Decision(
                 navigation.twist,
@@ -257,6 +268,19 @@ class BeliefSearch:
             ended = Outcome.ARRIVED, reason
             return replace(decision, twist=STOP, activity="arrived", why="", ended=ended)
         return None
+
+    def _likeliest_around(
+        self, place: int, places_xy: NDArray[np.float64], probabilities: NDArray[np.float64]
+    ) -> int:
+        """The likeliest of the places around one of them, if only half as much doubt is left of it.
+
+        Otherwise, and of a room, which is large, it is that one itself.
+        """
+        if self._wants_room:
+            return place
+        around = np.linalg.norm(places_xy - places_xy[place], axis=1) <= self.AROUND
+        likeliest, doubt = int(np.argmax(np.where(around, probabilities, 0.0))), 1 - probabilities
+        return likeliest if doubt[likeliest] <= doubt[place] / 2 else place
 
     @property
     def _wants_room(self) -> bool:
