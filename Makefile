@@ -35,7 +35,7 @@ installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install o
 .PHONY: demo test test-long check install develop lock sbom python system clean
 
 demo: install
-	@echo "Driving to a yellow chair in a simulated home: 1 to 2 minutes"
+	@echo "Driving to a yellow chair in a simulated home: a minute or two"
 	$(BIN)/vizbot dry-run "yellow chair" --world 1100
 
 # Tests that are `alone` judge times on the wall clock: they run last, with nothing beside them.
@@ -76,7 +76,7 @@ python:
 # NVIDIA's libraries come by version, from the index that PIP_ARGS may name, because their builds differ from
 # index to index. They come last: what else PyTorch needs is there by then, by its hash.
 .venv/installed: pyproject.toml pip.lock requirements.lock torch.lock
-	@echo "Installing vizbot with its simulator into .venv: 0.5 GB to download, 2 GB on disk (for CUDA several GB more), 5 minutes on 2 busy cores"
+	@echo "Installing vizbot with its simulator into .venv: 0.5 GB to download, 2 GB on disk (for CUDA several GB more), some minutes"
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r pip.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r requirements.lock

@@ -171,14 +171,16 @@ def test_every_figure_of_this_repository_is_what_its_rows_say(monkeypatch):
 def test_of_each_mutant_the_last_line_counts_and_none_that_fails_at_import(tmp_path):
     mutant = {"path": "a.py", "kind": "constant", "before": "1", "after": "2", "number": 0}
     lines = [
-        {"mutant": mutant | {"line": line, "number": number}, "outcome": outcome}
-        for line, number, outcome in (
-            (3, 0, "survived"), (3, 1, "void"), (5, 0, "killed"), (6, 2, "survived"),
+        {"mutant": mutant | {"line": line, "number": number}, "outcome": outcome,
+         "commit": commit}
+        for line, number, outcome, commit in (
+            (3, 0, "survived", "0a1"), (3, 1, "void", "0a1"), (5, 0, "killed", "2b3"),
+            (6, 2, "survived", "2b3"),
         )
     ]  # fmt: skip
     (tmp_path / "mutants.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
     assert kept_facts(tmp_path)["mutants"] == {
-        "drawn": 2, "killed": 1, "killed_at_first": 0,
+        "commits": "0a1 and 2b3", "drawn": 2, "killed": 1, "killed_at_first": 0,
     }  # fmt: skip
 
 

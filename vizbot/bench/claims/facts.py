@@ -114,11 +114,14 @@ def _made(lines: Sequence[StoredResult[Any]]) -> Facts:
 def _mutants(path: Path) -> Facts:
     """What became of the mutants that do not fail at import, at first and last."""
     outcomes: dict[tuple[object, ...], list[str]] = {}
+    commits: dict[str, None] = {}
     for line in map(json.loads, path.read_text(encoding="utf-8").splitlines()):
         name = (line["mutant"][key] for key in ("path", "kind", "before", "after", "number"))
         outcomes.setdefault(tuple(name), []).append(line["outcome"])
+        commits[line["commit"]] = None
     ran = [each for each in outcomes.values() if each[-1] != "void"]
     return {
+        "commits": " and ".join(commits),
         "drawn": len(ran),
         "killed": sum(each[-1] == "killed" for each in ran),
         "killed_at_first": sum(each[0] == "killed" for each in ran),

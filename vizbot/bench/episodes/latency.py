@@ -22,7 +22,7 @@ MEASURED = Path(__file__).with_name("latency.json")
 
 @dataclass(frozen=True, slots=True)
 class Latencies:
-    """Durations that were measured on an idle machine.
+    """Durations that were measured on a machine.
 
     Attributes:
         commit: The commit of the measured sources.
