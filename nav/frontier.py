@@ -260,6 +260,10 @@ class FrontierSearch:
         """Leave out a frontier that persists though the robot faces it from near by."""
         self._given_up_xy = np.vstack([self._given_up_xy, point_xy])
 
+    def reopen(self) -> None:
+        """Take back what was given up: what was in the way may be gone."""
+        self._given_up_xy = np.zeros((0, 2))
+
     def _worthwhile(
         self, grid: OccupancyGrid, explored: NDArray[np.bool_], costmap: CostmapConfig
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -12,6 +12,7 @@ from nav.look_around import LookAround
 from vizbot.behaviours.docking import HomePlaces
 from vizbot.behaviours.gyro_settling import GyroSettling
 from vizbot.behaviours.safety import SafetyBehaviours
+from vizbot.behaviours.second_try import SecondTry
 from vizbot.behaviours.short_motion import ShortMotion
 from vizbot.behaviours.step_motion import StepMotion
 from vizbot.behaviours.waypoint_drive import WaypointDrive
@@ -40,6 +41,7 @@ class CurrentMap:
         places: Where it began and where its dock is.
         gyro_settling: Whether it still stands to learn the gyroscope's bias.
         look_around: Its first turn on the spot.
+        second_try: Lets a task go on that would end in vain because of what was touched.
         step_motion: What is left of the present step.
         short_motion: What is left of a turn or a way that somebody named.
         scores: Similarities of the CLIP map's elements to the present goal, for the method `paper`.
@@ -67,6 +69,7 @@ class CurrentMap:
         self.places = HomePlaces(config.docking)
         self.gyro_settling = GyroSettling(config.objectnav.settling)
         self.look_around = LookAround(config.objectnav.look_around_rate)
+        self.second_try = SecondTry()
         self.step_motion = StepMotion(config.navigator.follower)
         self.short_motion = ShortMotion(config.navigator)
         self.scores = RunningScores()

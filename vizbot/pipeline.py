@@ -255,6 +255,10 @@ class Pipeline:
         if decision is None:
             self.map.exploration.look(grid, T_map_base)
             decision = self._decide(task, tracked, grid, seen)
+            if not isinstance(self.map.search, PaperSearch):
+                decision = self.map.second_try.instead_of(
+                    decision, task, perception.depth_mapper, self.map.exploration.frontiers
+                )
         else:
             self.map.interrupt()
         command = self._drive(task, decision, tracked)

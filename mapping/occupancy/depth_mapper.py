@@ -41,6 +41,7 @@ class _Footprint:
 class _Contact:
     keyframe: int | None
     p_keyframe: NDArray[np.float64]
+    touched: bool = False
 
 
 def require_resolution(saved: OccupancyGrid, config: DepthMapperConfig) -> None:
@@ -126,14 +127,31 @@ class DepthMapper:
         self._newest = keyframe
         self._paint_scan(scan, T_map_level, 1)
 
-    def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
-        """Add obstacles that the bumper touched at `points` (N, 2) x, y in `base` [m].
+    def mark_obstacle(
+        self, T_map_base: SE3, points: NDArray[np.float64], *, touched: bool = False
+    ) -> None:
+        """Add obstacles that the base has found at `points` (N, 2) x, y in `base` [m].
 
-        Depth never clears them; only the robot's own footprint does (`mark_free`).
+        Depth never clears them; only the robot's own footprint does (`mark_free`), and
+        `forget_touched` those that were only touched.
+
+        Args:
+            T_map_base: Where the robot is.
+            points: Where the obstacles are.
+            touched: Whether the bumper touched them, so that they may move away; an edge does not.
         """
         on_floor = np.column_stack([points, np.zeros(len(points))])
         for p_map in transform(T_map_base, on_floor):
-            self._contacts.append(_Contact(*self._anchor(p_map)))
+            self._contacts.append(_Contact(*self._anchor(p_map), touched))
+
+    def forget_touched(self) -> bool:
+        """Forget what the bumper touched since the start; whether there was anything.
+
+        Contacts of a saved map stay: it does not tell them from edges.
+        """
+        before = len(self._contacts)
+        self._contacts = [contact for contact in self._contacts if not contact.touched]
+        return len(self._contacts) < before
 
     def mark_free(self, T_map_base: SE3, radius: float) -> None:
         """Mark the floor within `radius` [m] of the robot's centre free: the robot stands on it.

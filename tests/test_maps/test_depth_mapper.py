@@ -148,6 +148,16 @@ def test_standing_on_a_contact_removes_it_and_standing_beside_it_does_not():
     assert at(mapper.grid(), 0.22, 0.02) < 0.35
 
 
+def test_what_was_only_touched_can_be_forgotten_and_an_edge_cannot():
+    mapper = DepthMapper(DepthMapperConfig())
+    mapper.mark_obstacle(planar(0.0, 0.0, 0.0), np.array([[0.22, 0.02]]), touched=True)
+    mapper.mark_obstacle(planar(0.0, 0.0, 0.0), np.array([[0.22, 0.32]]))
+    assert mapper.forget_touched()
+    grid = mapper.grid()
+    assert at(grid, 0.22, 0.02) == 0.5 and at(grid, 0.22, 0.32) == 1.0
+    assert not mapper.forget_touched()
+
+
 def test_the_grid_grows_and_keeps_what_it_holds():
     mapper = DepthMapper(DepthMapperConfig())
     mapper.mark_obstacle(planar(0.0, 0.0, 0.0), np.array([[0.22, 0.02]]))

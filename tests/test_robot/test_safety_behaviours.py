@@ -8,6 +8,8 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, BaseMode, Button, Tracking
 from vizbot.objectnav.tasks import Task
 
+CLIFF = {"cliffs": (False, True, False, False), "mode": BaseMode.PASSIVE}
+
 
 def test_a_robot_that_is_lifted_does_not_know_where_it_is(pipeline_on):
     hangs = {"wheel_drops": (True, True)}
@@ -54,6 +56,36 @@ def test_a_virtual_wall_and_a_stuck_wheel_are_backed_off_from_as_well(
     ahead = (steps[2].T_map_base @ [0.2, 0.0, 0.0, 1.0])[:2]
     grid = steps[-1].grid
     assert (grid.occupancy[tuple(grid.to_cells(ahead))] == 1.0) == marked
+
+
+@pytest.mark.parametrize("felt", [{"bump_right": True}, {"virtual_wall": True}, CLIFF])
+def test_only_what_was_bumped_into_can_be_forgotten(pipeline_on, felt):
+    pipeline = pipeline_on(ScriptedBase(feels={2: felt}), resume_safe=True)
+    ticks(pipeline, 6)
+    assert pipeline.map.perception.depth_mapper.forget_touched() == ("bump_right" in felt)
+
+
+@pytest.mark.parametrize("touched", [True, False])
+def test_what_is_shut_in_by_bumps_alone_tries_once_more_before_it_ends(pipeline_on, touched):
+    pipeline = pipeline_on(ScriptedBase())
+    at = pipeline.tick(Task.EXPLORE).T_map_base
+    angles = np.arange(0.0, 2 * np.pi, 0.1)
+    ring = 0.35 * np.column_stack([np.cos(angles), np.sin(angles)])
+
+    def shut_in_until_it_ends():
+        pipeline.map.perception.depth_mapper.mark_obstacle(at, ring, touched=touched)
+        steps = [pipeline.tick(Task.EXPLORE)]
+        while steps[-1].ended is None and steps[-1].activity != "trying again":
+            steps.append(pipeline.tick(Task.EXPLORE))
+        return steps[-1]
+
+    if touched:
+        again = shut_in_until_it_ends()
+        assert again.activity == "trying again" and again.why
+        assert pipeline.tick(Task.EXPLORE).ended is None
+    last = shut_in_until_it_ends()
+    assert last.ended is not None and last.ended[0] is Outcome.EXPLORED
+    assert shut_in_until_it_ends().activity == ("trying again" if touched else last.activity)
 
 
 def test_a_wheel_drop_ends_the_search_with_the_wheels_stopped(pipeline_on):

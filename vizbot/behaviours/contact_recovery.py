@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from nav.config import RecoveryConfig
 from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.core.observer import Outcome
@@ -90,8 +88,8 @@ class ContactRecovery:
         ahead = state.virtual_wall and not state.bumped
         left, right = state.bump_left or ahead, state.bump_right or ahead
         contacts = contact_points(left, right, self._robot_radius)
-        edges = edge_points(state.cliffs, self._robot_radius)
-        mapper.mark_obstacle(T_map_base, np.concatenate([contacts, edges]))
+        mapper.mark_obstacle(T_map_base, contacts, touched=not ahead)
+        mapper.mark_obstacle(T_map_base, edge_points(state.cliffs, self._robot_radius))
 
 
 def _stop_at_edge(reason: str) -> Decision:

@@ -53,8 +53,14 @@ class ObstacleMapper(Protocol):
         """Add a depth image (H, W) [m], taken at `T_map_cam` and anchored to `keyframe`."""
         ...
 
-    def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
-        """Add obstacles that the robot has touched at `points` (N, 2) x, y in `base` [m]."""
+    def mark_obstacle(
+        self, T_map_base: SE3, points: NDArray[np.float64], *, touched: bool = False
+    ) -> None:
+        """Add obstacles at `points` (N, 2) x, y in `base` [m], perhaps only touched."""
+        ...
+
+    def forget_touched(self) -> bool:
+        """Forget the obstacles that were only touched; return whether there were any."""
         ...
 
     def mark_free(self, T_map_base: SE3, radius: float) -> None:

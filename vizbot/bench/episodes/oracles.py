@@ -164,8 +164,14 @@ class TrueMap:
         T_world_cam = self._world.T_world_base @ self._world.T_base_cam
         self._T_world_map = T_world_cam @ invert(T_map_cam)
 
-    def mark_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
+    def mark_obstacle(
+        self, T_map_base: SE3, points: NDArray[np.float64], *, touched: bool = False
+    ) -> None:
         """Do nothing: contacts are part of the true plan."""
+
+    def forget_touched(self) -> bool:
+        """Do nothing."""
+        return False
 
     def mark_free(self, T_map_base: SE3, radius: float) -> None:
         """Mark the floor around the base as seen."""
