@@ -12,7 +12,13 @@ from vizbot.bench.faults.camera_lock import CameraLock, LateTurns
 from vizbot.bench.faults.drives import FaultDrive, run_drive
 from vizbot.bench.faults.missions import FaultMission, FaultMissionResult, NearGoals
 from vizbot.bench.faults.reflex_latency import ReflexLatency
-from vizbot.bench.faults.scores import ENDS_BY_DEFAULT, FaultScore, FaultSeries, score_series
+from vizbot.bench.faults.scores import (
+    ENDS_BY_DEFAULT,
+    FaultScore,
+    FaultSeries,
+    run_series,
+    score_series,
+)
 from vizbot.bench.harness.store import Store
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
@@ -210,3 +216,9 @@ def test_rows_by_default_are_kept_in_files_of_their_own(monkeypatch, tmp_path):
     ]
     assert {m.by_default for m in both[0]} == {False} and {m.by_default for m in both[1]} == {True}
     assert summary["default_missions"] == len(both[1])
+
+
+@pytest.mark.parametrize("name", ["cliff", "wheel-drop", "kidnapped", "charger-plugged"])
+def test_the_reason_that_ends_a_search_by_default_counts_as_a_line_about_the_fault(name):
+    score = run_series(FaultSeries((name,), (0,), by_default=True))
+    assert score.happened == score.ended == score.noticed == 1
