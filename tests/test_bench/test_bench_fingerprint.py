@@ -129,22 +129,37 @@ def test_no_kept_row_of_older_sources_is_taken_for_one_of_these(path):
     """Rows keep the key of the sources they were made with, and a bench reads those of its own."""
     rows = [json.loads(line) for line in path.read_text().splitlines()]
     assert rows
-    faults = fingerprint.key_of_robot("vizbot/bench/episodes", "vizbot/bench/faults")
-    replays = fingerprint.key_of_sources("mapping", "vizbot/core", "vizbot/bench/slam")
-    present = {faults, replays, key_of(DEFAULT)}
-    for commit in {row["commit"] for row in rows if present & set(row["key"].split("-"))}:
-        assert changed_since(commit) == []
+    of_faults, of_replays = (
+        ("vizbot/bench/episodes", "vizbot/bench/faults"),
+        ("mapping", "vizbot/core", "vizbot/bench/slam"),
+    )
+    commits = {
+        key: {row["commit"] for row in rows if key in row["key"].split("-")}
+        for key in (
+            fingerprint.key_of_robot(*of_faults),
+            fingerprint.key_of_sources(*of_replays),
+            key_of(DEFAULT),
+        )
+    }
+    faults, replays, episodes = commits.values()
+    assert [each for commit in faults | episodes for each in changed_since(commit)] == []
+    assert [each for commit in faults for each in changed_in(commit, *of_faults)] == []
+    assert [each for commit in replays for each in changed_in(commit, *of_replays)] == []
+
+
+def changed_in(commit, *sources):
+    """Of these folders the sources that differ from those of a commit."""
+    command = ["git", "diff", "--name-only", commit, "--", *sources]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return [name for name in done.stdout.splitlines() if name.endswith(fingerprint._SUFFIXES)]
 
 
 def changed_since(commit):
     """Sources of a run that differ from those of a commit."""
-    command = ["git", "diff", "--name-only", commit, "--", *fingerprint._PACKAGES]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
     others = [each for each in fingerprint._NO_PART_OF_A_RUN if each != "vizbot/bench"]
     return [
-        name for name in done.stdout.splitlines()
-        if name.endswith(fingerprint._SUFFIXES)
-        and not any(name.startswith(f"{each}/") for each in others)
+        name for name in changed_in(commit, *fingerprint._PACKAGES)
+        if not any(name.startswith(f"{each}/") for each in others)
         and (not name.startswith("vizbot/bench/") or name.startswith(fingerprint._EPISODES))
     ]  # fmt: skip
 
