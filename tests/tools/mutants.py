@@ -38,6 +38,8 @@ PICTURES = (
 KINDS = ("comparison", "constant", "condition", "verdict")
 MOST_FILES, LONGEST = 3, 300.0
 """Number of test files that a mutant meets, and longest time of one [s]."""
+FAILED_AT_IMPORT = (pytest.ExitCode.INTERRUPTED, pytest.ExitCode.INTERNAL_ERROR)
+"""What pytest ends with where an import raises, and where it ends the program."""
 ALIVE = ("survived", "timed out", "unclear")
 CAPTURED: dict[str, bool] = {"capture_output": True, "text": True}
 OTHERS = {
@@ -191,7 +193,7 @@ class Copy:
             file.write_bytes(mutant.apply(source))
             code, failed = self._run(test)
             file.write_bytes(source)
-            if code == pytest.ExitCode.INTERRUPTED:
+            if code in FAILED_AT_IMPORT:
                 return "void", test
             if failed:
                 alone = self._run(failed)[0]

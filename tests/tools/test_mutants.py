@@ -2,6 +2,7 @@
 
 import json
 import subprocess
+from dataclasses import replace
 
 import pytest
 
@@ -122,6 +123,8 @@ def test_a_mutant_is_killed_survives_fails_at_import_or_meets_a_test_that_fails_
         (("constant", "1"), ("void", "tests/test_late.py")),
     ):
         assert copy.outcome(found[change]) == became
+    ends = replace(found["constant", "1"], after="__import__('sys').exit(2)")
+    assert copy.outcome(ends) == ("void", "tests/test_late.py")
     (copy.root / "tests/test_late.py").write_text(TEST.replace("not ", ""))
     killed = found["condition", "round(seconds, 2) <= limit"]
     assert copy.outcome(killed) == ("unclear", failing)
