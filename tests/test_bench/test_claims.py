@@ -180,7 +180,7 @@ def test_of_each_mutant_the_last_line_counts_and_none_that_fails_at_import(tmp_p
     ]  # fmt: skip
     (tmp_path / "mutants.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
     assert kept_facts(tmp_path)["mutants"] == {
-        "commits": "0a1 and 2b3", "drawn": 2, "killed": 1, "killed_at_first": 0,
+        "commits": "0a1, 2b3", "drawn": 2, "killed": 1, "killed_at_first": 0,
     }  # fmt: skip
 
 

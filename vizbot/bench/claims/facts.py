@@ -121,7 +121,7 @@ def _mutants(path: Path) -> Facts:
         commits[line["commit"]] = None
     ran = [each for each in outcomes.values() if each[-1] != "void"]
     return {
-        "commits": " and ".join(commits),
+        "commits": ", ".join(commits),
         "drawn": len(ran),
         "killed": sum(each[-1] == "killed" for each in ran),
         "killed_at_first": sum(each[0] == "killed" for each in ran),
