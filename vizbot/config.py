@@ -81,7 +81,8 @@ class BeliefSearchConfig(BaseModel):
     patience: int = Field(default=300, gt=0)
     """Number of steps after which a search is late."""
     candidate: float = Field(default=0.25, gt=0.0, lt=1.0)
-    """Probability from which a place is looked at before all is seen."""
+    """Probability below which places are mostly left until nothing better is to be done: a
+    look at one is worth less by the square of its share of this."""
     commitment: float = Field(default=0.3, ge=0.0)
     """Share by which another aim must be better than the present one."""
     findings: float = Field(default=0.015, gt=0.0)

@@ -89,10 +89,12 @@ def test_it_tells_what_it_searches_for_and_did_last():
         assert search.goal is goal
 
 
-def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely():
+@pytest.mark.parametrize("probability", [0.04, 0.1])
+def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely(probability):
+    """Though what is unlikely is right before it."""
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
-    decision = search.go(SOFA, believed(at={(5.0, 2.0): 0.04}), grid, planar(3.6, 2.0, 0.0))
+    decision = search.go(SOFA, believed(at={(5.0, 2.0): probability}), grid, HERE)
     assert decision.exploring and decision.navigation.goal_xy[0] < 3.2
 
 

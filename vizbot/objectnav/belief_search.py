@@ -339,7 +339,7 @@ class BeliefSearch:
         """Probability over way, and more for what the robot is on its way to."""
         ratio = option.probability / (option.way + self.LOOK_WAY[option.kind])
         if option.kind == "place":
-            ratio *= min(option.probability / self._search.candidate, 1.0)
+            ratio *= min(option.probability / self._search.candidate, 1.0) ** 2
         if self._aims_at(option.kind, option.xy):
             ratio *= 1.0 + self._search.commitment
         return ratio
