@@ -65,6 +65,12 @@ def test_log_odds_and_standard_scores_are_those_of_the_own_encoder():
     np.testing.assert_allclose(scores[0], scores[1], atol=1e-3)
 
 
+def test_an_encoder_may_not_tell_its_scale():
+    encoder = OtherEncoder(OWN, "unknown")
+    assert encoder.log_odds is None and encoder.model_id == "own-unknown"
+    np.testing.assert_array_equal(cosines(encoder), cosines(OtherEncoder(OWN, "clip")))
+
+
 def test_texts_have_offsets_and_pairs_errors_which_are_the_same_every_time():
     beyond = cosines(OtherEncoder(OWN, "offset")) - cosines(OtherEncoder(OWN, "clip"))
     offsets = beyond.mean(axis=0)

@@ -278,7 +278,7 @@ class BenchOptions:
         EncoderScale | None,
         typer.Option(
             "--encoder-scale",
-            help="An encoder with CLIP's cosines, or offsets, too: objectnav, retrieval, absent.",
+            help="Cosines like CLIP's; offsets, too; scale unknown: objectnav, retrieval, absent.",
         ),
     ] = None
     hours: Annotated[

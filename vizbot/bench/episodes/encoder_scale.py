@@ -4,5 +4,6 @@ from __future__ import annotations
 
 from typing import Literal
 
-EncoderScale = Literal["clip", "offset"]
-"""`clip`: scaled and shifted to those of ViT-L/14; `offset`: that, with offsets and errors."""
+EncoderScale = Literal["clip", "offset", "unknown"]
+"""`clip`: scaled and shifted to those of ViT-L/14; `offset`: that, with offsets and errors;
+`unknown`: those of `clip`, of an encoder that does not tell its scale and bias."""

@@ -2,7 +2,8 @@
 
 What decides must not hang on the numbers of one encoder. Here its cosines c become a c + b, so that
 they lie where those of OpenAI's ViT-L/14 do, in the same order; and, as one encoder differs from
-another, each text gets an offset and each pair of picture and text an error.
+another, each text gets an offset and each pair of picture and text an error, or scale and bias are
+not told.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class OtherEncoder:
         model_id: Of the own one, and what was done to it.
         dimension: Length of the embeddings.
         threshold: Scaled as the cosines are.
-        log_odds: Undone: they are those of the own one's cosines.
+        log_odds: Undone: they are those of the own one's cosines; None where they are not told.
         notice: Of the own one.
     """
 
@@ -60,7 +61,7 @@ class OtherEncoder:
         self.dimension = own.dimension + 3 + _AXES
         self.threshold = THRESHOLD
         self.log_odds: tuple[float, float] | None = None
-        if own.log_odds is not None:
+        if own.log_odds is not None and scale != "unknown":
             factor = own.log_odds[0] / self._slope
             self.log_odds = factor, own.log_odds[1] - factor * self._shift
         self.notice = own.notice

@@ -25,7 +25,11 @@ QUICK_SHARE = tuple(range(1100, 1108))
 """Homes of development, of which a quick run takes a part."""
 PAPER = "paper"
 """Name of the row of the paper's method of search."""
-ENCODER_ROWS: dict[EncoderScale, str] = {"clip": "scaled", "offset": "offset"}
+ENCODER_ROWS: dict[EncoderScale, str] = {
+    "clip": "scaled",
+    "offset": "offset",
+    "unknown": "unknown scale",
+}
 """Names of the rows of other encoders' cosines."""
 SEARCHED = "by searching"
 """Row of searches for what is not there."""

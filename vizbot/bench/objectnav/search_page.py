@@ -88,6 +88,7 @@ def search_page(folder: Path, page: Path) -> str:
 _THIRD_NOTE = (
     "`scaled`: the embedded encoder's cosines lie where those of ViT-L/14 do, in the same order;"
     " `offset`: each text has an offset, too, and each pair of patch and text an error (0.01 each);"
+    " `unknown scale`: cosines as of `scaled`, whose scale and bias are not told, so by z-scores;"
     " `paper`: the paper's own method; `scale 1`: patches of the coarsest scale alone; `true"
     " encoder`: the truth about what each patch shows."
 )
