@@ -146,7 +146,7 @@ def _run_figures(options: BenchOptions) -> None:
         echo(problem)
     if problems:
         raise ConfigError(f"{len(problems)} figures or pages are not what the kept rows say")
-    echo("every figure of README and pages is what the kept rows say")
+    echo("what README and pages claim is what the kept rows say")
 
 
 def _run_faults(options: BenchOptions) -> None:

@@ -324,7 +324,7 @@ class BenchOptions:
     ] = None
     check: Annotated[
         bool,
-        typer.Option("--check", help="Compute every figure of README and pages from kept rows."),
+        typer.Option("--check", help="Compute what README and pages claim from kept rows."),
     ] = False
     figures: Annotated[
         bool,

@@ -254,6 +254,7 @@ def _fault_totals(folder: Path) -> Facts:
         "default_missions": len(by_default.missions),
         "default_ended": sum(m.ended_by_default for m in by_default.missions),
         "default_right": rate_facts(by_default.right),
+        "default_commit": _made(Store(folder / DRIVES_BY_DEFAULT, FaultScore).fullest())["commit"],
     }
 
 

@@ -8,7 +8,12 @@ from vizbot.bench.episodes.episode import EpisodeResult, Home, HomeGoals
 from vizbot.bench.harness.bench_plan import results_file
 from vizbot.bench.harness.scores import NavigationScore
 from vizbot.bench.harness.store import Store
-from vizbot.bench.harness.tables import fraction_with_interval, markdown_table, percent
+from vizbot.bench.harness.tables import (
+    fraction_with_interval,
+    markdown_table,
+    percent,
+    percent_range,
+)
 from vizbot.bench.objectnav.single_goal import DEFAULT, NAME
 
 _TITLE = """# Object goals in homes drawn by others
@@ -55,7 +60,10 @@ def others_page(folder: Path, page: Path) -> str:
     )
     goals = [[name_of_home(line.result.home), ", ".join(line.result.goals)] for line in surveyed]
     made = f"Commit {' and '.join(dict.fromkeys(line.commit for line in lines))}."
-    total = f"Together {fraction_with_interval(score.success)}, SPL {percent(score.spl)} %. {made}"
+    total = (
+        f"Together {fraction_with_interval(score.success)}, over homes"
+        f" {percent_range(score.success_over_homes)} %, SPL {percent(score.spl)} %. {made}"
+    )
     return "\n\n".join([_TITLE, table, total, each, markdown_table(("home", "goals"), goals), ""])
 
 
