@@ -16,6 +16,13 @@ _DELIVERY_TIMEOUT = 10.0
 """Longest wall time of a delivery by the kernel [s], which takes microseconds."""
 
 
+class BytesLostError(TimeoutError):
+    """The machine lost bytes of a simulated line in lockstep, or was too slow by far.
+
+    It says nothing about the robot: what was driven until then counts for nothing.
+    """
+
+
 @dataclass(slots=True)
 class _UnderWay:
     """Bytes that one end has sent and the other end has not read."""
@@ -96,7 +103,7 @@ class SerialLine:
             if not arrived:
                 self._poll.poll(100)
             if time.monotonic() > deadline:
-                raise TimeoutError(f"{self.path}: bytes were lost on their way to the robot")
+                raise BytesLostError(f"{self.path}: bytes were lost on their way to the robot")
         self._counted.to_robot = 0
         return received
 
@@ -130,7 +137,7 @@ class _LockstepPort:
         while len(received) < size:
             received += self._port.read(size - len(received))
             if time.monotonic() > deadline:
-                raise TimeoutError(f"{self.name}: bytes were lost on their way from the robot")
+                raise BytesLostError(f"{self.name}: bytes were lost on their way from the robot")
         self._counted.to_host -= size
         return received
 

@@ -10,13 +10,14 @@ from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.realsense import camera as realsense
 from sim_stubs.realsense.config import DepthNoiseConfig
+from sim_stubs.roomba.serial_line import BytesLostError
 from sim_stubs.scoring.success import Verdict
 from vizbot.bench.episodes import run as runs
 from vizbot.bench.episodes.calibration_error import EXACT
 from vizbot.bench.episodes.episode import Episode, Variant
 from vizbot.bench.objectnav import episode_pictures
 from vizbot.config import Config
-from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.errors import ConfigError, DeviceError, VizbotError
 from vizbot.core.observer import GoalReport, Outcome
 
 
@@ -144,6 +145,32 @@ def test_an_error_costs_the_episode_and_is_told(monkeypatch):
     assert goal.reason == "did not stop by itself"
     assert goal.answer == "error: DeviceError: the camera is gone"
     assert goal.distance > 2.0
+
+
+@pytest.mark.parametrize("where", ["drive_to_all", "open_episode"])
+def test_bytes_that_the_machine_lost_are_no_failure_of_the_robot(monkeypatch, where):
+    lost, real = [], getattr(runs, where)
+
+    def spoilt_once(*arguments):
+        if not lost:
+            lost.append(1)
+            raise BytesLostError("/dev/pts/2: bytes were lost on their way to the robot")
+        return real(*arguments)
+
+    job = variant(max_steps=2), Episode(1000, ("sofa",))
+    undisturbed = runs.run_episode(job)
+    monkeypatch.setattr(runs, where, spoilt_once)
+    again = runs.run_episode(job)
+    assert lost and replace(again, wall_seconds=0) == replace(undisturbed, wall_seconds=0)
+
+
+def test_a_machine_that_always_loses_bytes_has_no_results(monkeypatch):
+    def spoilt(*_):
+        raise BytesLostError("/dev/pts/2: bytes were lost on their way to the robot")
+
+    monkeypatch.setattr(runs, "drive_to_all", spoilt)
+    with pytest.raises(VizbotError, match="run it again, what is finished is kept"):
+        runs.run_episode((variant(max_steps=2), Episode(1000, ("sofa",))))
 
 
 def test_a_scorer_that_breaks_costs_the_goal_alone(monkeypatch):
