@@ -56,6 +56,16 @@ class Seen:
         )
 
 
+def everything(believed):
+    """What is believed of each place that was seen, by its column and row on the plan."""
+    found = {}
+    for row, column in np.argwhere(believed.seen):
+        place = tuple((believed.low + np.array([column, row])).tolist())
+        likeness, camera_xy = believed.likeness[row, column], believed.seen_from[row, column]
+        found[place] = (believed.probabilities[row, column], likeness, *camera_xy)
+    return found
+
+
 def at(believed, x, y):
     column, row = np.floor(np.array([x, y]) / PLACE).astype(int) - believed.low
     return believed.probabilities[row, column]
@@ -161,6 +171,28 @@ def test_after_a_loop_closure_a_belief_is_what_a_new_one_is():
         assert at(closed, x, y) == pytest.approx(at(new, x, y), abs=1e-6)
     x, y = (poses[0] @ [1.1, 0.1, 0.0, 1.0])[:2]
     assert at(closed, x, y) > 0.8
+
+
+@pytest.mark.parametrize("room", [False, True])
+def test_a_belief_that_grew_with_the_map_is_after_a_loop_closure_what_a_new_one_is(room):
+    rng = np.random.default_rng(7)
+    seen, poses = Seen(), {0: np.eye(4), 1: np.eye(4)}
+    seen.belief = Belief(ASKED, fitted_weights(), room=room)
+    for look in range(40):
+        x, y, yaw = rng.uniform((-2, -2, -3), (2, 2, 3))
+        ranges = rng.uniform(0.5, 5.0, 4)
+        seen.look(camera(x, y, yaw), rng.uniform(0.1, 0.9), *ranges, keyframe=look % 2)
+        before = seen.now(poses)
+    poses[1] = planar(0.5, 1.0, 0.2)
+    closed, new = (
+        seen.now(poses, belief)
+        for belief in (seen.belief, Belief(ASKED, fitted_weights(), room=room))
+    )
+    of_closed, of_new = everything(closed), everything(new)
+    assert of_closed.keys() == of_new.keys() != everything(before).keys()
+    assert np.ptp([each[0] for each in of_new.values()]) > 0.01
+    for place, values in of_new.items():
+        assert of_closed[place] == pytest.approx(values, abs=1e-6)
 
 
 def test_small_moves_within_places_put_nothing_together_again():

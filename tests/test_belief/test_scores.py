@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from mapping.clip.background.phrases import PHRASES, other_rooms
 from mapping.clip.background.pictures import EDGE, bank
 from mapping.clip.scores import ABOVE_TO_LOG_ODDS, NO_PICTURES, USUAL_TAIL, Background, Query
+from vizbot.rig import open_encoder
 
 
 def unit(rows):
@@ -122,6 +123,21 @@ def test_a_phrase_that_means_the_question_does_not_compete_with_it(space):
     assert asked.scores(there, beside)[:, 1] == pytest.approx(
         asked.scores(there, without)[:, 1], rel=0.02
     )
+
+
+@pytest.mark.parametrize(("asked", "same"), [("sofa", "couch"), ("refrigerator", "fridge")])
+def test_another_word_for_the_question_costs_it_nothing(asked, same):
+    encoder = open_encoder("embedded", "cpu")
+    pictures = encoder.embed_images(bank()[:64])
+    phrases = encoder.embed_texts([each for each in PHRASES if each != same])
+    question, other = encoder.embed_texts([asked, same])
+    assert question @ other > 0.95
+    likest = pictures[np.argsort(pictures @ question)[-8:]]
+    query = Query(question, None)
+    without = query.scores(likest, Background(phrases).statistics(likest))[:, 1]
+    beside = query.scores(likest, Background(np.vstack([phrases, other])).statistics(likest))[:, 1]
+    assert without.max() > 2.0
+    assert beside == pytest.approx(without, rel=0.02)
 
 
 def test_what_shares_the_patch_does_not_lower_the_question(space):
