@@ -22,7 +22,7 @@ from mapping.clip.place_views import PlaceViews, around
 from mapping.clip.scores import Query
 from mapping.clip.weights import Weights
 
-_ROOM = 21
+ROOM = 21
 """Edge of the square of places whose average says which room this is [places]. In training homes
 916 to 931 it leaves one in seven of the wrong places that were believed, of the rooms 97 %."""
 
@@ -138,7 +138,7 @@ def unless_another(
         rivals: (rows, cols) of each of what they may be instead.
     """
     there = seen.astype(np.float32)
-    own, *others = (around(each, there, _ROOM) for each in (probabilities, *rivals))
+    own, *others = (around(each, there, ROOM) for each in (probabilities, *rivals))
     greatest = np.maximum.reduce(others)
     share = np.divide(own, greatest, out=np.ones_like(own), where=greatest > own)
     return probabilities * share

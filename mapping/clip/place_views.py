@@ -33,7 +33,7 @@ NAMES = (
 """Names of the features, in their order."""
 _NONE = -99.0
 """Stands for a view that does not exist."""
-_NEIGHBOURS, _SURROUNDINGS = 3, 9
+NEIGHBOURS, SURROUNDINGS = 3, 9
 """Edges of the squares of places that count as neighbours, and as surroundings [places]."""
 
 
@@ -116,13 +116,13 @@ class PlaceViews:
         top = (three * there).sum(axis=-1) / np.maximum(there.sum(axis=-1), 1.0)
         far_best = np.where(far, p[..., _FAR_BEST], 0.0)
         spots, views = np.log1p(p[..., _SPOTS]), np.log1p(p[..., _FAR_COUNT])
-        beside = around(top, is_near, _NEIGHBOURS)
-        about = around(top, is_near, _SURROUNDINGS)
+        beside = around(top, is_near, NEIGHBOURS)
+        about = around(top, is_near, SURROUNDINGS)
         columns = (
             is_near, is_near * top, is_near * near_mean, is_near * spots,
             is_near * spots * near_mean, is_near * spots * top,
             is_far, is_far * far_mean, is_far * far_best, is_far * views, is_far * views * far_mean,
-            beside, around(far_mean, is_far, _NEIGHBOURS), is_near * is_far * far_mean,
+            beside, around(far_mean, is_far, NEIGHBOURS), is_near * is_far * far_mean,
             (1.0 - is_near) * far_best, (1.0 - is_near) * views * far_mean,
             about, np.full_like(is_near, room), beside * about,
             np.ones_like(is_near),

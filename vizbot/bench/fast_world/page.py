@@ -7,25 +7,31 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mapping.clip import evidence, place_views
+from mapping.clip import belief, evidence, place_views, scores
+from mapping.clip.footprint import PLACE
 from mapping.clip.weights import FILE as WEIGHTS
 from mapping.clip.weights import fitted_weights
 from vizbot.bench.fast_world.curves import MEASURES, draw_curves
 from vizbot.bench.fast_world.examination import ASKED
 from vizbot.bench.harness.tables import markdown_table, percent, percent_range
+from vizbot.config import BeliefSearchConfig
 from vizbot.core.files import write_whole
+from vizbot.objectnav.verdicts import REFUTED
 
 FILE = "examination.json"
+_SEEN = "little in the fit lies beyond"
 PICTURE = "pictures/belief/curves.png"
 """The picture, from the folder of the page."""
 _TITLE = f"""# The belief, examined
 
 `python -m vizbot.bench.fast_world.examination VIEWS --out docs/results/rows/belief/{FILE}` takes
-walks in homes on which nothing was fitted: neither the encoder, nor its threshold, nor the numbers
-of the belief. The poses are true, the pictures those of the simulator. It asks the probability of
+walks in homes on which neither the encoder, nor its threshold, nor the numbers of the belief were
+fitted. The poses are true, the pictures those of the simulator. It asks the probability of
 each place that was seen two things: does it hold, and does it tell a thing that the robot passes
-near by (within 2 m) from what only looks like it? The best cosine of each place is asked the same;
-two numbers, fitted on the homes of the belief's fit, make a probability of it (Platt 1999).
+near by (within 2 m) from what only looks like it? The best cosine of each place is asked the same,
+in place of the rule that was in use before the belief, which is gone; two numbers, fitted on the
+homes of the belief's fit, make a probability of it (Platt 1999). One number was chosen by hand in
+homes 916 to 931: over how large a square another room is compared. It counts for rooms alone.
 
 Log loss and calibration error are over all places that were seen (of 0.25 m, 40 % through each walk
 and at its end). "Missed" are things that are not believed while views show them near by for the
@@ -119,7 +125,10 @@ def _after_refutation(kept: Mapping[str, Any]) -> str:
     return (
         f"Where the likeliest place is wrong ({after['count']} times) the next one is believed at"
         f" {percent(after['believed'])} % on average and is right in {percent(after['right'])} %"
-        f" ({percent_range(after['over_homes'])}): {so}."
+        f" ({percent_range(after['over_homes'])}): {so}. One distribution over all candidates,"
+        " what is unseen and that there is none, with a prior for each question, was asked for and"
+        " is not built: each place has a probability of its own, a frontier one of what may be"
+        " behind it, and a search ends when nothing that is left is worth its way."
     )
 
 
@@ -136,9 +145,7 @@ def _numbers() -> list[str]:
     return [
         "## Its numbers",
         "All are fitted together (logistic regression; `python -m vizbot.bench.fast_world.fit`)"
-        f" and lie in `mapping/clip/{WEIGHTS.name}`. Not fitted are the bounds between which scores"
-        " and evidence count, what a look in vain leaves of a place (`objectnav.search.doubt`), and"
-        ' what a person\'s "no" leaves of it.',
+        f" and lie in `mapping/clip/{WEIGHTS.name}`. The last table has what is not fitted.",
         markdown_table(
             (
                 "one view of a place",
@@ -148,7 +155,42 @@ def _numbers() -> list[str]:
             of_views,
         ),
         markdown_table(("all views of a place", "weight"), of_places),
+        markdown_table(("not fitted", "value", "why so"), _not_fitted()),
     ]
+
+
+def _not_fitted() -> list[list[object]]:
+    """The numbers of the belief that no fit made."""
+    slope, offset = scores.ABOVE_TO_LOG_ODDS
+    room = belief.ROOM * PLACE
+    doubt = BeliefSearchConfig.model_fields["doubt"].default
+    return [
+        ["log odds of the encoder count from, to", _range(evidence.LOG_ODDS), _SEEN],
+        ["z-scores count from, to", _range(evidence.STANDARD), _SEEN],
+        ["upper tails count from, to", _range(evidence.TAILS), _SEEN],
+        ["evidence of one view from, to", _range((evidence.LEAST, evidence.MOST)),
+         "one view alone neither proves nor excludes"],
+        ["near, afar at most [m]", f"{evidence.NEAR:g}, {evidence.FARTHEST:g}",
+         "where the fit is parted; the camera's range"],
+        ["share of places with the goal, in the fit", evidence.PRIOR, "evidence counts from here"],
+        ["phrases left out, of those of the background", scores.LEFT_OUT,
+         "those most like an element: whatever means the question is among them where it is shown"],
+        ["quantile of the bank that is the upper tail", scores.TAIL, "of 256 pictures"],
+        ["upper tail where there is no bank", scores.USUAL_TAIL, "mean over the paper's goals"],
+        ["log odds of a z-score z, where an encoder tells no scale", f"{slope:g} z {offset:+g}",
+         "the embedded encoder's, in training home 916"],
+        ["edges of the squares of neighbours, of surroundings [m]",
+         f"{place_views.NEIGHBOURS * PLACE:g}, {place_views.SURROUNDINGS * PLACE:g}",
+         "next to it; about a piece of furniture"],
+        ["edge of the square on which rooms are compared [m]", f"{room:g}",
+         "chosen in homes 916 to 931"],
+        ["left of a place after a look in vain", doubt, "`objectnav.search.doubt`"],
+        ['left of a place after a person\'s "no"', REFUTED, "people may err"],
+    ]  # fmt: skip
+
+
+def _range(bounds: tuple[float, float]) -> str:
+    return " to ".join(f"{bound:g}" for bound in bounds)
 
 
 def _missed(one: Mapping[str, Any]) -> str:
