@@ -93,6 +93,26 @@ def test_arrivals_are_held_against_the_probability_that_the_robot_gave(folder):
     assert "0.8 to 0.9" not in text
 
 
+def test_what_the_robot_said_that_it_had_seen_stands_beside_the_truth(folder):
+    shares = [(0.9, 0.95), (0.93, 0.79), (None, 0.8), (0.5, 0.2)]
+    outcomes = [Outcome.NOT_FOUND] * 3 + [Outcome.ARRIVED]
+    results = []
+    for episode, (said, truly), outcome in zip(EPISODES, shares, outcomes, strict=False):
+        result = driven(episode, claimed=outcome is Outcome.ARRIVED)
+        goal = replace(result.goals[0], outcome=outcome, said_seen=said, truly_seen=truly)
+        results.append(replace(result, goals=(goal,)))
+    keep(folder, "default", "c0ffee", results)
+    text = search_page(folder, folder / "search.md").split("## How much of the home")[1]
+    assert cells(text, "not found") == ["2", "+4.5", "1", "+14.0"]
+    assert cells(text, "arrived") == ["1", "+30.0", "0", "+30.0"]
+    assert "gave up" not in text
+
+
+def test_where_the_truth_about_what_was_seen_was_not_kept_the_page_says_nothing_of_it(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    assert "How much of the home" not in search_page(folder, folder / "search.md")
+
+
 def test_a_row_of_two_computers_says_how_much_each_drove(folder):
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
     keep(folder, "old", "0ld", map(driven, EPISODES[:3]), hardware="16 cores")
@@ -113,6 +133,7 @@ def test_a_row_of_a_part_stands_beside_the_default_on_that_part(folder):
     keep(folder, "scaled", "c0ffee", map(driven, EPISODES[4:6]))
     text = search_page(folder, folder / "search.md")
     assert cells(text, "scaled")[:2] == ["2", "100.0"]
+    assert "`scaled`: the embedded" in text and "`offset`" not in text
     assert cells(text, "default, the same goals")[:2] == ["2", "50.0"]
     assert "Without its parts" not in text
 

@@ -70,7 +70,7 @@ def models_section(homes: Sequence[HomeGoals]) -> str:
         f" {DEVELOPMENT[-1]}: all models that the catalogue holds out count as seen, and so do the"
         f" shapes of those homes. The shapes of other homes from {FIRST_IN_TURN} on are drawn for"
         " one home each, from a range of seeds of their own: none of them counts as seen. What"
-        " failed on the boards in homes 1030 to 1047 was read before the next was driven in others."
+        " failed on the boards in homes 1030 to 1057 was read before the next was driven in others."
     )
     if single:
         text += f" Of these goals a single model was seen: {', '.join(single)}."

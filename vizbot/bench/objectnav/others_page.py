@@ -14,6 +14,7 @@ from vizbot.bench.harness.tables import (
     percent,
     percent_range,
 )
+from vizbot.bench.objectnav.seen_section import seen_section
 from vizbot.bench.objectnav.single_goal import DEFAULT, NAME
 
 _TITLE = """# Object goals in homes drawn by others
@@ -64,7 +65,9 @@ def others_page(folder: Path, page: Path) -> str:
         f"Together {fraction_with_interval(score.success)}, over homes"
         f" {percent_range(score.success_over_homes)} %, SPL {percent(score.spl)} %. {made}"
     )
-    return "\n\n".join([_TITLE, table, total, each, markdown_table(("home", "goals"), goals), ""])
+    parts = [_TITLE, table, total, each, markdown_table(("home", "goals"), goals)]
+    parts += [seen for seen in [seen_section(results)] if seen]
+    return "\n\n".join([*parts, ""])
 
 
 def name_of_home(home: Home) -> str:

@@ -28,12 +28,23 @@ from vizbot.bench.objectnav import multi_goal
 from vizbot.bench.objectnav.home_tables import homes_table, models_section
 from vizbot.bench.objectnav.map_sections import map_sections
 from vizbot.bench.objectnav.overshoot import overshoot_table
+from vizbot.bench.objectnav.seen_section import seen_section
 from vizbot.bench.objectnav.single_goal import DEFAULT, NAME
 
 OLD = "old"
 """The row of the search before this one, driven at its last commit."""
-_THIRD = (*ENCODER_ROWS.values(), PAPER, "scale 1", "true encoder")
-"""Rows that are driven on a third of the episodes."""
+_THIRD = {
+    ENCODER_ROWS["clip"]: "the embedded encoder's cosines lie where those of ViT-L/14 do, in the"
+    " same order, and their scale and bias are told",
+    ENCODER_ROWS["offset"]: "each text has an offset, too, and each pair of patch and text an error"
+    " (0.01 each)",
+    ENCODER_ROWS["unknown"]: "cosines as of ViT-L/14, in the same order, whose scale and bias are"
+    " not told, so that z-scores are all there is",
+    PAPER: "the paper's own method",
+    "scale 1": "patches of the coarsest scale alone",
+    "true encoder": "the truth about what each patch shows",
+}
+"""Rows that are driven on a third of the episodes, and what each one is."""
 PARTS = "_parts"
 """Ending of the folder beside that of the rows, which holds the search without each of its parts,
 and whole on the same computer."""
@@ -77,21 +88,14 @@ def search_page(folder: Path, page: Path) -> str:
     parts += [_differences(rows, (OLD,))]
     if third := [name for name in _THIRD if name in rows]:
         parts += ["## Other encoders and methods, on a third of the goals"]
-        parts += [_THIRD_NOTE, _table(rows, third), _differences(rows, third)]
+        told = "; ".join(f"`{name}`: {_THIRD[name]}" for name in third)
+        parts += [f"{told}.", _table(rows, third), _differences(rows, third)]
     parts += _without_parts(folder.with_name(folder.name + PARTS), rows[DEFAULT])
     parts += [_overshoot(folder), *map_sections(folder, page), _in_a_row(folder)]
-    parts += [_arrivals(rows[DEFAULT]), "## Failures", _failures(rows[DEFAULT])]
+    parts += [_arrivals(rows[DEFAULT]), seen_section(_results(rows[DEFAULT]))]
+    parts += ["## Failures", _failures(rows[DEFAULT])]
     parts += ["## Homes", homes_table(homes), models_section(homes)]
     return "\n\n".join(part for part in parts if part) + "\n"
-
-
-_THIRD_NOTE = (
-    "`scaled`: the embedded encoder's cosines lie where those of ViT-L/14 do, in the same order;"
-    " `offset`: each text has an offset, too, and each pair of patch and text an error (0.01 each);"
-    " `unknown scale`: cosines as of `scaled`, whose scale and bias are not told, so by z-scores;"
-    " `paper`: the paper's own method; `scale 1`: patches of the coarsest scale alone; `true"
-    " encoder`: the truth about what each patch shows."
-)
 
 
 def _row(folder: Path, name: str) -> list[StoredResult[EpisodeResult]]:
