@@ -33,6 +33,7 @@ MADE: Mapping[str, Callable[[Path, Path], str]] = {
     "scoreboard": scoreboard_page,
     "search": search_page,
     "search_repaired": search_page,
+    "search_today": search_page,
     "slam": slam_page,
 }
 """What makes a page from its folder of rows and its own path, by the name of both; it makes nothing
