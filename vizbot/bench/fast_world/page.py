@@ -19,9 +19,10 @@ from vizbot.core.files import write_whole
 from vizbot.objectnav.verdicts import REFUTED
 
 FILE = "examination.json"
-_SEEN = "little in the fit lies beyond"
 PICTURE = "pictures/belief/curves.png"
 """The picture, from the folder of the page."""
+_SEEN = "little in the fit lies beyond"
+"""Why scores are held within bounds."""
 _TITLE = f"""# The belief, examined
 
 `python -m vizbot.bench.fast_world.examination VIEWS --out docs/results/rows/belief/{FILE}` takes
@@ -175,7 +176,7 @@ def _not_fitted() -> list[list[object]]:
         ["share of places with the goal, in the fit", evidence.PRIOR, "evidence counts from here"],
         ["phrases left out, of those of the background", scores.LEFT_OUT,
          "those most like an element: whatever means the question is among them where it is shown"],
-        ["quantile of the bank that is the upper tail", scores.TAIL, "of 256 pictures"],
+        ["quantile of the bank that is the upper tail", scores.TAIL, "of the bank of pictures"],
         ["upper tail where there is no bank", scores.USUAL_TAIL, "mean over the paper's goals"],
         ["log odds of a z-score z, where an encoder tells no scale", f"{slope:g} z {offset:+g}",
          "the embedded encoder's, in training home 916"],

@@ -65,9 +65,9 @@ def others_page(folder: Path, page: Path) -> str:
         f"Together {fraction_with_interval(score.success)}, over homes"
         f" {percent_range(score.success_over_homes)} %, SPL {percent(score.spl)} %. {made}"
     )
-    parts = [_TITLE, table, total, each, markdown_table(("home", "goals"), goals)]
-    parts += [seen for seen in [seen_section(results)] if seen]
-    return "\n\n".join([*parts, ""])
+    homes = markdown_table(("home", "goals"), goals)
+    parts = [_TITLE, table, total, each, homes, seen_section(results)]
+    return "\n\n".join(part for part in parts if part) + "\n"
 
 
 def name_of_home(home: Home) -> str:

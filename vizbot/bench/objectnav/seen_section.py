@@ -10,11 +10,6 @@ from vizbot.bench.episodes.episode import EpisodeResult
 from vizbot.bench.harness.tables import markdown_table
 from vizbot.core.observer import Outcome
 
-_ENDED = {
-    Outcome.NOT_FOUND: "not found",
-    Outcome.ARRIVED: "arrived",
-    Outcome.GAVE_UP: "gave up",
-}
 _NOTE = (
     "Of the floor that can be reached, when the search ends; in points of a hundred. Before the"
     " robot has seen the end of a home it does not know how large that is; it says that there is"
@@ -25,7 +20,7 @@ _NOTE = (
 def seen_section(results: Sequence[EpisodeResult]) -> str:
     """The section of a page about these searches; empty where the truth was not kept."""
     lines: list[list[object]] = []
-    for outcome, ended in _ENDED.items():
+    for outcome in (Outcome.NOT_FOUND, Outcome.ARRIVED, Outcome.GAVE_UP):
         off = [
             100 * (goal.said_seen - goal.truly_seen)
             for goal in (result.goals[0] for result in results)
@@ -35,6 +30,7 @@ def seen_section(results: Sequence[EpisodeResult]) -> str:
         ]
         if off:
             within = sum(abs(each) <= 10 for each in off)
+            ended = outcome.replace("_", " ")
             lines.append(
                 [ended, len(off), f"{np.mean(off):+.1f}", within, f"{max(off, key=abs):+.1f}"]
             )
