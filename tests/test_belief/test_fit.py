@@ -91,6 +91,8 @@ def test_what_is_left_out_weighs_nothing(without, monkeypatch):
     found = fitted([seen_at_random()], without)
     z_scores = [*found.near[7:14], *found.far[7:14]]
     assert (np.abs(z_scores) > 1e-6).any() == (without is not Omission.Z_SCORE)
+    assert (abs(found.near[18]) > 1e-6) == (without is not Omission.OFFSETS_OF_TEXTS)
+    assert (abs(found.far[18]) > 1e-6) == (without is not Omission.OFFSETS_OF_TEXTS)
     others = np.delete(found.join, [0, 1, 6, 8, 14, 19])
     assert (np.abs(others) > 1e-6).any() == (without is not Omission.JOINED_VIEWS)
     assert abs(found.join[0]) > 1e-6 and abs(found.near[0]) > 1e-6

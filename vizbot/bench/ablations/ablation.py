@@ -48,5 +48,6 @@ ABLATIONS: Mapping[str, Ablation] = {
     "commitment": Ablation(commitment=False),
     "z-score": Ablation(SearchParts(weights=_WEIGHTS / "without_z_score.json")),
     "joined views": Ablation(SearchParts(weights=_WEIGHTS / "without_joined_views.json")),
+    "offsets of texts": Ablation(SearchParts(weights=_WEIGHTS / "without_offsets_of_texts.json")),
 }
 """By the part that is taken away."""

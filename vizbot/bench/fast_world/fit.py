@@ -57,10 +57,14 @@ class Omission(StrEnum):
     """Standard deviations above the background: the log odds of the encoder are left."""
     JOINED_VIEWS = "joined views"
     """How views agree, and what is around a place: its best views are left."""
+    OFFSETS_OF_TEXTS = "offsets of texts"
+    """How high the question's own log odds go on the bank of pictures: no text is told apart."""
 
 
 _Z_SCORES = slice(7, 14)
 """Features of a view that z-scores make (`mapping.clip.evidence`)."""
+_UPPER_TAIL = 18
+"""The feature of a view that the bank of pictures makes, likewise."""
 _BEST_VIEWS = (0, 1, 6, 8, 14, 19)
 """Features of a place that its best views alone make (`mapping.clip.place_views`)."""
 
@@ -166,6 +170,8 @@ def fitted(homes: list[SeenHome], without: Omission | None = None) -> Weights:
     )
     if without is Omission.Z_SCORE:
         inputs[:, _Z_SCORES] = 0.0
+    if without is Omission.OFFSETS_OF_TEXTS:
+        inputs[:, _UPPER_TAIL] = 0.0
     near = ranges <= NEAR
     of_views = [logistic(inputs[m], outcomes[m], weights[m]) for m in (near, ~near)]
     joined = [part for home in homes for part in _joined(home, of_views[0], of_views[1], rng)]
