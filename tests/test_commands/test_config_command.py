@@ -176,6 +176,14 @@ def test_the_schema_describes_every_setting(run):
     assert described == list(fields)
 
 
+def test_the_search_has_at_most_half_of_the_47_settings_that_it_once_had():
+    objectnav = Config().objectnav.model_dump()
+    tables = [each for each in (objectnav, *objectnav.values()) if isinstance(each, dict)]
+    values = [key for each in tables for key in each if not isinstance(each[key], dict)]
+    assert {"method", "doubt", "seconds"} <= set(values)
+    assert len(values) <= 47 // 2
+
+
 def test_the_page_of_all_settings_is_what_the_settings_say(run):
     code, out, _ = run("schema", "--markdown")
     assert code == 0

@@ -2,9 +2,10 @@
 
 Every step compares what may end the search: going to a place that may be what is asked for, and
 seeing what lies behind a frontier. Each is worth its probability over the way that it takes. The
-robot says that it has arrived where a place near by, seen from near, is believed enough. In a room
-it turns around before that, and says so only if it is as sure then: from its door one room looks
-like another.
+robot says that it has arrived where a place near by, seen from near, is believed enough: such a
+place is closed in on before anything is compared. In a room it turns around before that, and says
+so only if it is as sure then: from its door one room looks like another. When nothing is worth its
+way any more, the robot goes back to the likeliest place if that may still do, else it ends.
 """
 
 from __future__ import annotations
