@@ -152,6 +152,18 @@ def test_searches_without_a_part_are_paired_with_the_whole_one_of_their_own_comp
     assert cells(both, "default against default on 16 cores")[:3] == ["0", "0", "1"]
 
 
+def test_searches_without_a_part_say_how_much_of_the_whole_one_came_out_the_same(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    parts = folder.with_name("search_parts")
+    again = [driven(each, way=10.0 + number // 2) for number, each in enumerate(EPISODES[3:6])]
+    keep(parts, "default", "c0de", again)
+    keep(parts, "without commitment", "c0de", [driven(each, False) for each in EPISODES[3:6]])
+    text = search_page(folder, folder / "search.md").split("## Without its parts")[1]
+    assert "Driven at commit c0de" in text and "2 of its 3 episodes are those of" in text
+    assert cells(text, "default against without commitment")[:2] == ["3", "0"]
+    assert "another computer" not in text
+
+
 def test_failures_and_goals_in_a_row_are_told(folder):
     keep(folder, "default", "c0ffee", [driven(each, each.goals != ("sofa",)) for each in EPISODES])
     four = EpisodeResult(

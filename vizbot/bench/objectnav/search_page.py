@@ -47,7 +47,7 @@ _THIRD = {
 """Rows that are driven on a third of the episodes, and what each one is."""
 PARTS = "_parts"
 """Ending of the folder beside that of the rows, which holds the search without each of its parts,
-and whole on the same computer."""
+and whole by the same computer and commit."""
 _INTRODUCTION = """The search by belief (`default`) beside the one before it (`old`), in homes
 that nobody had read, drawn before either was driven in them, each at one commit. Homes, encoder and
 furniture split are ours. "Said wrongly" are episodes in which the robot said that it had arrived
@@ -103,20 +103,31 @@ def _row(folder: Path, name: str) -> list[StoredResult[EpisodeResult]]:
 
 
 def _without_parts(folder: Path, board: Row) -> list[str]:
-    """The search without each of its parts, and the whole one beside that of the board."""
+    """The search without each of its parts, and how the whole one does beside the board's."""
     names = ABLATION_ROWS.values()
     rows = {name: row for name in (DEFAULT, *names) if (row := _row(folder, name))}
     if DEFAULT not in rows:
         return []
-    here, there = rows[DEFAULT][0].hardware, board[0].hardware
-    both = {DEFAULT: board, f"{DEFAULT} on {here}": rows[DEFAULT]}
+    whole = rows[DEFAULT]
+    here, there = whole[0].hardware, board[0].hardware
+    tables = [_table(rows, list(rows)), _differences(rows, list(rows))]
+    title = "## Without its parts, on a fifth of the goals"
+    if here == there:
+        again = {line.result.episode: line.result for line in whole}
+        same = sum(again.get(line.result.episode) == line.result for line in board)
+        told = (
+            f"Driven at commit {_each(line.commit for line in whole)}, the whole search as well: it"
+            f" is what these rows are paired with. {same} of its {len(whole)} episodes are those of"
+            " the row above, to the last digit."
+        )
+        return [title, told, *tables]
+    both = {DEFAULT: board, f"{DEFAULT} on {here}": whole}
     other = list(both)[1:]
     return [
-        "## Without its parts, on a fifth of the goals",
+        title,
         f"Driven on {here}, the whole search as well: it is what these rows are paired with. The"
         f" other rows of this page are of {there}.",
-        _table(rows, list(rows)),
-        _differences(rows, list(rows)),
+        *tables,
         "## The same goals on another computer",
         _table(both, other),
         _differences(both, other),
