@@ -156,7 +156,7 @@ def test_searches_without_a_part_say_how_much_of_the_whole_one_came_out_the_same
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
     parts = folder.with_name("search_parts")
     again = [driven(each, way=10.0 + number // 2) for number, each in enumerate(EPISODES[3:6])]
-    keep(parts, "default", "c0de", again)
+    keep(parts, "default", "c0de", [replace(each, wall_seconds=7.0) for each in again])
     keep(parts, "without commitment", "c0de", [driven(each, False) for each in EPISODES[3:6]])
     text = search_page(folder, folder / "search.md").split("## Without its parts")[1]
     assert "Driven at commit c0de" in text and "2 of its 3 episodes are those of" in text
