@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from mapping.clip.evidence import PRIOR
+from mapping.clip.evidence import NAMES, PRIOR
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.weights import FILE, fitted_weights
 from sim_stubs.homes.home import home
@@ -68,7 +68,7 @@ def seen_at_random(views=400):
     """A home in which the first features of a view tell, and no view shows what another one did."""
     rng = np.random.default_rng(5)
     there = rng.random(views) < 0.3
-    features = rng.normal(size=(views, 19)).astype(np.float32)
+    features = rng.normal(size=(views, len(NAMES))).astype(np.float32)
     features[:, :14] += 2.0 * there[:, None]
     places = np.stack([np.arange(views), np.zeros(views, np.int64)], axis=1)
     return SeenHome(

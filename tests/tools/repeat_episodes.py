@@ -71,7 +71,7 @@ def differences(before: EpisodeResult, again: EpisodeResult) -> list[str]:
     return [
         f"{each.name}: {getattr(before, each.name)} before, {getattr(again, each.name)} now"
         for each in fields(EpisodeResult)
-        if each.name != "wall_seconds" and getattr(before, each.name) != getattr(again, each.name)
+        if each.compare and getattr(before, each.name) != getattr(again, each.name)
     ]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from zlib import crc32
 
@@ -112,7 +112,7 @@ class GoalResult:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeResult:
-    """How an episode ended.
+    """How an episode ended. Two results are equal that differ in the time they took alone.
 
     Attributes:
         episode: The episode.
@@ -128,7 +128,7 @@ class EpisodeResult:
     goals: tuple[GoalResult, ...]
     collisions: int
     ate: float | None
-    wall_seconds: float
+    wall_seconds: float = field(compare=False)
     track: tuple[tuple[float, float], ...]
     stop: tuple[float, float, float]
 

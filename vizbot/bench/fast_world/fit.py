@@ -21,7 +21,7 @@ import typer
 from numpy.typing import NDArray
 
 from mapping.clip.background.phrases import other_rooms
-from mapping.clip.evidence import NEAR, PRIOR, evidence, features
+from mapping.clip.evidence import NAMES, NEAR, PRIOR, evidence, features
 from mapping.clip.footprint import PLACE
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Background, Query
@@ -61,10 +61,8 @@ class Omission(StrEnum):
     """How high the question's own log odds go on the bank of pictures: no text is told apart."""
 
 
-_Z_SCORES = slice(7, 14)
-"""Features of a view that z-scores make (`mapping.clip.evidence`)."""
-_UPPER_TAIL = 18
-"""The feature of a view that the bank of pictures makes, likewise."""
+_OF_VIEWS = {Omission.Z_SCORE: "z-score", Omission.OFFSETS_OF_TEXTS: "upper tail"}
+"""How the names of the features of a view begin that are left out (`mapping.clip.evidence`)."""
 _BEST_VIEWS = (0, 1, 6, 8, 14, 19)
 """Features of a place that its best views alone make (`mapping.clip.place_views`)."""
 
@@ -168,10 +166,8 @@ def fitted(homes: list[SeenHome], without: Omission | None = None) -> Weights:
         np.concatenate(each)
         for each in zip(*(part for home in homes for part in _views(home, rng)), strict=True)
     )
-    if without is Omission.Z_SCORE:
-        inputs[:, _Z_SCORES] = 0.0
-    if without is Omission.OFFSETS_OF_TEXTS:
-        inputs[:, _UPPER_TAIL] = 0.0
+    if without in _OF_VIEWS:
+        inputs[:, [name.startswith(_OF_VIEWS[without]) for name in NAMES]] = 0.0
     near = ranges <= NEAR
     of_views = [logistic(inputs[m], outcomes[m], weights[m]) for m in (near, ~near)]
     joined = [part for home in homes for part in _joined(home, of_views[0], of_views[1], rng)]

@@ -31,8 +31,8 @@ fitted. The poses are true, the pictures those of the simulator. It asks the pro
 each place that was seen two things: does it hold, and does it tell a thing that the robot passes
 near by (within 2 m) from what only looks like it? The best cosine of each place is asked the same,
 in place of the rule that was in use before the belief, which is gone; two numbers, fitted on the
-homes of the belief's fit, make a probability of it (Platt 1999). The one number that was chosen by
-hand, over how large a square another room is compared, was chosen in other homes (916 to 931).
+homes of the belief's fit, make a probability of it (Platt 1999). Over how large a square another
+room is compared was chosen in other homes, too (916 to 931).
 
 Log loss and calibration error are over all places that were seen (of 0.25 m, 40 % through each walk
 and at its end). "Missed" are things that are not believed while views show them near by for the

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -114,15 +113,12 @@ def _without_parts(folder: Path, board: Row) -> list[str]:
     tables = [_table(rows, list(rows)), _differences(rows, list(rows))]
     title = "## Without its parts, on a fifth of the goals"
     if here == there:
-        before = {result.episode: result for result in _results(board)}
-        same = sum(
-            replace(before[result.episode], wall_seconds=result.wall_seconds) == result
-            for result in _results(whole)
-        )
+        before = _results(board)
+        same = sum(result in before for result in _results(whole))
         told = (
             f"Driven at commit {_each(line.commit for line in whole)}, the whole search as well: it"
             f" is what these rows are paired with. {same} of its {len(whole)} episodes are those of"
-            " the board to the last digit, but for the time that they took."
+            " the board to the last digit."
         )
         return [title, told, *tables]
     both = {DEFAULT: board, f"{DEFAULT} on {here}": whole}
