@@ -164,6 +164,21 @@ def test_searches_without_a_part_say_how_much_of_the_whole_one_came_out_the_same
     assert "another computer" not in text
 
 
+def test_what_the_truth_about_one_part_mends_is_told_of_the_failures(folder):
+    driven_by_default = [driven(each, each.goals != ("sofa",)) for each in EPISODES]
+    keep(folder, "default", "c0ffee", driven_by_default)
+    assert "the truth about one part" not in search_page(folder, folder / "search.md").lower()
+    failed, succeeded = [each for each in EPISODES if each.goals == ("sofa",)], EPISODES[:2]
+    true, again = folder.with_name("search_true"), failed + succeeded
+    keep(true, "true pose", "c0de", [driven(each, each not in failed[1:]) for each in again])
+    keep(true, "true map", "c0de", [driven(each, each in succeeded[1:]) for each in again])
+    text = search_page(folder, folder / "search.md").split("## With the truth about one part")[1]
+    assert "at commit c0de." in text
+    assert cells(text, "true pose")[-2:] == ["1 of 2", "2 of 2"]
+    assert cells(text, "true map")[-2:] == ["0 of 2", "1 of 2"]
+    assert "Of 2 failed episodes" in text and "mends 1; 1 fail" in text
+
+
 def test_failures_and_goals_in_a_row_are_told(folder):
     keep(folder, "default", "c0ffee", [driven(each, each.goals != ("sofa",)) for each in EPISODES])
     four = EpisodeResult(

@@ -9,6 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 
 from vizbot.bench.episodes.episode import EpisodeResult, HomeGoals
+from vizbot.bench.episodes.oracles import ORACLES
 from vizbot.bench.harness.bench_plan import ABLATION_ROWS, ENCODER_ROWS, PAPER, results_file
 from vizbot.bench.harness.scores import (
     NavigationScore,
@@ -29,7 +30,7 @@ from vizbot.bench.objectnav.home_tables import homes_table, models_section
 from vizbot.bench.objectnav.map_sections import map_sections
 from vizbot.bench.objectnav.overshoot import overshoot_table
 from vizbot.bench.objectnav.seen_section import seen_section
-from vizbot.bench.objectnav.single_goal import DEFAULT, NAME
+from vizbot.bench.objectnav.single_goal import DEFAULT, NAME, oracle_table
 
 OLD = "old"
 """The row of the search before this one, driven at its last commit."""
@@ -48,6 +49,9 @@ _THIRD = {
 PARTS = "_parts"
 """Ending of the folder beside that of the rows, which holds the search without each of its parts,
 and whole by the same computer and commit."""
+TRUE = "_true"
+"""Ending of the folder beside that of the rows, which holds the failures, and as many successes,
+driven with the truth about one part."""
 _INTRODUCTION = """The search by belief (`default`) beside the one before it (`old`), in homes
 that nobody had read, drawn before either was driven in them, each at one commit. Homes, encoder and
 furniture split are ours. "Said wrongly" are episodes in which the robot said that it had arrived
@@ -91,6 +95,7 @@ def search_page(folder: Path, page: Path) -> str:
         told = "; ".join(f"`{name}`: {_THIRD[name]}" for name in third)
         parts += [f"{told}.", _table(rows, third), _differences(rows, third)]
     parts += _without_parts(folder.with_name(folder.name + PARTS), rows[DEFAULT])
+    parts += _with_true_parts(folder.with_name(folder.name + TRUE), rows[DEFAULT])
     parts += [_overshoot(folder), *map_sections(folder, page), _in_a_row(folder)]
     parts += [_arrivals(rows[DEFAULT]), seen_section(_results(rows[DEFAULT]))]
     parts += ["## Failures", _failures(rows[DEFAULT])]
@@ -132,6 +137,19 @@ def _without_parts(folder: Path, board: Row) -> list[str]:
         _table(both, other),
         _differences(both, other),
     ]
+
+
+def _with_true_parts(folder: Path, board: Row) -> list[str]:
+    """What the truth about one part mends of the failures; empty where it was not driven."""
+    rows = {f"true {part}": _row(folder, f"true {part}") for part in ORACLES}
+    table = oracle_table(
+        {name: _results(row) for name, row in rows.items()} | {DEFAULT: _results(board)}
+    )
+    if not table:
+        return []
+    commits = _each(line.commit for row in rows.values() for line in row)
+    title = "## With the truth about one part"
+    return [title, f"The failures, and as many successes drawn by lot, at commit {commits}.", table]
 
 
 def _made_with(rows: Mapping[str, Row]) -> str:

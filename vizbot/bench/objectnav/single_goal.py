@@ -151,7 +151,7 @@ def single_goal_result(results: Results, note: str = "") -> BenchResult:
         summary |= calibration_cost(results.get(DEFAULT, ()), results[EXACT])
     parts = [_main_table(scores), _ROOMS, _ablation(scores), compared.table("success")]
     parts.append(calibration_section(results.get(DEFAULT, ()), results.get(EXACT, ())))
-    parts.append(_oracle_table(results))
+    parts.append(oracle_table(results))
     if headline is not None and headline in results:
         parts += [_by_goal(results[headline]), _failures(results[headline])]
     return BenchResult(NAME, rows, summary, "\n\n".join(part for part in (note, *parts) if part))
@@ -235,8 +235,11 @@ def _ablation(scores: Mapping[str, NavigationScore]) -> str:
     return markdown_table(header, rows)
 
 
-def _oracle_table(results: Results) -> str:
-    """A table of the oracles: which failures each one mends, and which successes it keeps."""
+def oracle_table(results: Results) -> str:
+    """A table of the oracles: which failures each one mends, and which successes it keeps.
+
+    Empty without an episode that both the default row and an oracle drove.
+    """
     default = {result.episode: result.success for result in results.get(DEFAULT, ())}
     true = {
         name: {result.episode: result for result in rows if result.episode in default}
@@ -261,7 +264,7 @@ def _oracle_table(results: Results) -> str:
     verdict = (
         f"Of {len(failed)} failed episodes that every oracle repeated, the truth about one"
         f" part mends {mended}; {len(failed) - mended} fail whichever part is true, which leaves"
-        " planning and Algorithm 1 itself, or several parts at once."
+        " planning and the search itself, or several parts at once."
     )
     header = ("oracle", "episodes", "SR", "95 % (Wilson)", "SPL", "steps",
               "failed ones that now succeed", "succeeded ones that still do")  # fmt: skip
