@@ -176,7 +176,7 @@ def test_what_the_truth_about_one_part_mends_is_told_of_the_failures(folder):
     assert "at commit c0de." in text
     assert cells(text, "true pose")[-2:] == ["1 of 2", "2 of 2"]
     assert cells(text, "true map")[-2:] == ["0 of 2", "1 of 2"]
-    assert "Of 2 failed episodes" in text and "mends 1; 1 fail" in text
+    assert "Of 2 failed episodes" in text and "mends 1. 1 fail whichever" in text
 
 
 def test_failures_and_goals_in_a_row_are_told(folder):

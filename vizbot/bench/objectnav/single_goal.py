@@ -263,9 +263,13 @@ def oracle_table(results: Results) -> str:
     mended = sum(any(row[episode].success for row in true.values()) for episode in failed)
     verdict = (
         f"Of {len(failed)} failed episodes that every oracle repeated, the truth about one"
-        f" part mends {mended}; {len(failed) - mended} fail whichever part is true, which leaves"
-        " planning and the search itself, or several parts at once."
+        f" part mends {mended}."
     )
+    if fail := len(failed) - mended:
+        verdict += (
+            f" {fail} fail whichever part is true, which leaves planning and the search itself,"
+            " or several parts at once."
+        )
     header = ("oracle", "episodes", "SR", "95 % (Wilson)", "SPL", "steps",
               "failed ones that now succeed", "succeeded ones that still do")  # fmt: skip
     return f"{markdown_table(header, rows)}\n\n{verdict}"
