@@ -1,5 +1,6 @@
 """Ctrl-C ends what says so, and interrupts all else once what there is was saved."""
 
+import ctypes
 import json
 import signal
 import subprocess
@@ -18,6 +19,23 @@ def ctrl_c(*_, **__):
     signal.raise_signal(signal.SIGINT)
 
 
+def ctrl_c_in_ctypes():
+    """What ctypes makes of an interrupt while it converts an argument."""
+    raise ctypes.ArgumentError("argument 1: KeyboardInterrupt: ")
+
+
+def after_three_steps(interrupt):
+    """What shows the progress of a run and interrupts it then."""
+    shown = progress.Progress.on_step
+
+    def on_step(each, step):
+        shown(each, step)
+        if step.index == 3:
+            interrupt()
+
+    return on_step
+
+
 def test_ctrl_c_is_how_one_stops_to_speak(run, monkeypatch):
     monkeypatch.setattr(Microphone, "__init__", lambda _: None)
     monkeypatch.setattr(Microphone, "read", ctrl_c)
@@ -28,15 +46,11 @@ def test_ctrl_c_is_how_one_stops_to_speak(run, monkeypatch):
     assert "Ctrl-C ends." in err and "interrupted" not in err
 
 
-def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(run, tmp_path, monkeypatch):
-    shown = progress.Progress.on_step
-
-    def on_step(each, step):
-        shown(each, step)
-        if step.index == 3:
-            ctrl_c()
-
-    monkeypatch.setattr(progress.Progress, "on_step", on_step)
+@pytest.mark.parametrize("interrupt", [ctrl_c, ctrl_c_in_ctypes])
+def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(
+    run, tmp_path, monkeypatch, interrupt
+):
+    monkeypatch.setattr(progress.Progress, "on_step", after_three_steps(interrupt))
     code, out, err = run("dry-run", "sofa", "--world", "5", "--out", "run", "--json")
     assert code == 130
     assert err.splitlines()[-2:] == [
@@ -45,6 +59,13 @@ def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(run, tmp_path, 
     ]
     assert json.loads(out)["error"] == "interrupted"
     assert len(map_bundle.load(tmp_path / "run" / "map").trajectory.stamps) > 0
+
+
+def test_an_interrupt_is_how_a_run_that_serves_ends_whatever_it_arrives_as(run, monkeypatch):
+    monkeypatch.setattr(progress.Progress, "on_step", after_three_steps(ctrl_c_in_ctypes))
+    code, out, err = run("dry-run", "--serve", "--port", "0", "--world", "5", "--json")
+    assert (code, json.loads(out)["error"]) == (0, None)
+    assert "stopping\n" in err
 
 
 def test_a_benchmark_that_is_interrupted_says_so(run, monkeypatch):

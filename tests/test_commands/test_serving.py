@@ -89,5 +89,5 @@ def test_a_run_that_begins_in_a_saved_map_finds_its_place_unasked(dry_run, tmp_p
         assert (task["text"], task["outcome"]) == ("find its place on the map", "located")
         assert robot.state()["tracking"] in ("tracking", "relocalised")
         again.send_signal(signal.SIGINT)
-        out, _ = again.communicate(timeout=DEADLINE)
-        assert again.returncode == 0 and json.loads(out)["success"]
+        out, errors = again.communicate(timeout=DEADLINE)
+        assert again.returncode == 0 and json.loads(out)["success"], f"{errors}\n{out}"

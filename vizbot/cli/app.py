@@ -210,7 +210,7 @@ def main() -> None:
     except (VizbotError, OSError) as error:
         echo(f"vizbot: {' '.join(str(error).splitlines())}", err=True)
         sys.exit(1)
-    except (KeyboardInterrupt, typer.Abort, SystemError, ImportError) as error:
+    except BaseException as error:
         if not isinstance(error, typer.Abort) and not is_interrupt(error):
             raise
         code = 130

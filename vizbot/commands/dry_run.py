@@ -119,12 +119,12 @@ def _to_the_end(
     """Whether the work succeeded, and what ended it early; the map until then is not lost."""
     try:
         return work(), None
-    except (VizbotError, KeyboardInterrupt, SystemError) as error:
-        if isinstance(error, VizbotError):
-            return False, error
-        if is_interrupt(error):
-            return False, KeyboardInterrupt()
-        raise
+    except VizbotError as error:
+        return False, error
+    except BaseException as error:
+        if not is_interrupt(error):
+            raise
+        return False, KeyboardInterrupt()
     finally:
         pipeline.finish()
 

@@ -90,7 +90,7 @@ class ServedRun:
             try:
                 run_tasks(pipeline, self.devices.clock, self.base, self.session, config)
                 log.info("%s", "ended" if self.session.closed.is_set() else "the camera has ended")
-            except (KeyboardInterrupt, SystemError) as error:
+            except BaseException as error:
                 if not is_interrupt(error):
                     raise
                 echo("stopping", err=True)
