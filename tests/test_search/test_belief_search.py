@@ -136,6 +136,22 @@ def test_late_in_a_search_less_is_enough():
     assert decision.ended is not None and decision.ended[0] is Outcome.ARRIVED
 
 
+@pytest.mark.parametrize(
+    ("times_of_patience", "enough"),
+    [(0.0, 0.8), (0.5, 0.7), (1.0, 0.6), (1.5, 0.5), (2.0, 0.4), (3.0, 0.4)],
+)
+def test_what_is_enough_falls_with_the_time_spent(times_of_patience, enough):
+    """From `sure` over `settled` to `last`, though much is left to see."""
+    grid, frontiers = room(explored=False)
+    for probability in (enough + 0.01, enough - 0.01):
+        search = BeliefSearch(CONFIG, frontiers)
+        search.go(SOFA, believed(), grid, HERE)
+        search._steps = round(times_of_patience * CONFIG.objectnav.search.patience)
+        decision = search.go(SOFA, believed(at={(5.1, 2.1): probability}), grid, HERE)
+        assert decision.threshold == pytest.approx(enough, abs=0.005)
+        assert (decision.activity == "closing in") == (probability > enough)
+
+
 def test_what_is_believed_near_by_is_gone_up_to_before_anything_else():
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
