@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -102,6 +103,16 @@ def test_a_run_takes_the_settings_that_are_found(places, command):
     plan, options = COMMANDS[command]
     planned = plan(options)
     assert getattr(planned, "run", planned).config.mount.height == 0.65
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("method", ["belief", "paper"])
+def test_a_run_searches_by_the_method_that_is_asked_for(places, command, method):
+    places[1].write_text(f'[objectnav]\nmethod = "{"paper" if method == "belief" else "belief"}"\n')
+    plan, options = COMMANDS[command]
+    run = replace(getattr(options, "run", options), method=method)
+    planned = plan(replace(options, run=run) if hasattr(options, "run") else run)
+    assert getattr(planned, "run", planned).config.objectnav.method == method
 
 
 @pytest.mark.parametrize(

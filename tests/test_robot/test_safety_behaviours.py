@@ -88,6 +88,21 @@ def test_what_is_shut_in_by_bumps_alone_tries_once_more_before_it_ends(pipeline_
     assert shut_in_until_it_ends().activity == ("trying again" if touched else last.activity)
 
 
+@pytest.mark.parametrize(("method", "tries"), [("belief", True), ("paper", False)])
+def test_a_search_in_vain_tries_once_more_but_for_that_of_the_paper(pipeline_on, method, tries):
+    pipeline = pipeline_on(ScriptedBase(), method=method)
+    goal = pipeline.goal("yellow chair")
+    at = pipeline.tick(goal).T_map_base
+    angles = np.arange(0.0, 2 * np.pi, 0.1)
+    ring = 0.35 * np.column_stack([np.cos(angles), np.sin(angles)])
+    pipeline.map.perception.depth_mapper.mark_obstacle(at, ring, touched=True)
+    steps = [pipeline.tick(goal)]
+    while steps[-1].ended is None and len(steps) < 60:
+        steps.append(pipeline.tick(goal))
+    assert steps[-1].ended is not None
+    assert ("trying again" in {step.activity for step in steps}) == tries
+
+
 def test_a_wheel_drop_ends_the_search_with_the_wheels_stopped(pipeline_on):
     base = ScriptedBase(feels={3: {"wheel_drops": (False, True)}})
     last = ticks(pipeline_on(base), 4)[-1]
