@@ -185,6 +185,50 @@ def test_no_cosine_is_held_against_a_number(pipeline_on, mean_colours, colour):
     assert runs[0] == runs[1] == runs[2]
 
 
+def give_other_cosines(encoder, slope, shift):
+    """Scale and shift the cosines of an encoder of the fixture; what it knows of them follows."""
+    images, texts = encoder.embed_images, encoder.embed_texts
+
+    def other(rows):
+        return np.column_stack([rows * np.sqrt(slope), np.full(len(rows), np.sqrt(shift))])
+
+    encoder.embed_images = lambda pictures: other(images(pictures)).astype(np.float32)
+    encoder.embed_texts = lambda words: other(texts(words)).astype(np.float32)
+    encoder.dimension += 1
+    encoder.threshold = slope * encoder.threshold + shift
+    if encoder.log_odds is not None:
+        factor = encoder.log_odds[0] / slope
+        encoder.log_odds = factor, encoder.log_odds[1] - factor * shift
+
+
+@pytest.mark.parametrize("slope", [0.2, 0.6])
+@pytest.mark.parametrize("log_odds", [(100.0, -95.0), None])
+def test_by_an_encoder_with_other_cosines_in_the_same_order_the_robot_does_the_same(
+    pipeline_on, mean_colours, slope, log_odds
+):
+    """Even those that are far below any number that would suit the first one."""
+    mean_colours.log_odds = log_odds
+    runs = []
+    for other in (False, True):
+        if other:
+            give_other_cosines(mean_colours, slope, 0.05)
+        base = ScriptedBase()
+        pipeline = pipeline_on(base, colour=(240, 220, 12))
+        steps = ticks(pipeline, 12)
+        goal = pipeline.goal("yellow wall")
+        log_odds, config = pipeline.question(goal).log_odds, pipeline.config.objectnav
+        pipeline.finish()
+        kept = find_places(pipeline.bundle(), goal, log_odds, config)
+        done = [(step.activity, step.ended, step.candidate_xy is None) for step in steps]
+        scores = [step.shown_score or 0.0 for step in steps] + [each.score for each in kept.places]
+        runs.append((done, base.driven, kept.outcome, scores))
+    *own, own_scores = runs[0]
+    *others, others_scores = runs[1]
+    assert own == others
+    assert others_scores == pytest.approx(own_scores, rel=5e-3)
+    assert max(others_scores) > 0.1
+
+
 def test_by_belief_the_robot_stops_before_the_place_that_it_believes(pipeline_on, monkeypatch):
     asked, truly_believe = [], Perception.believe
 
