@@ -136,6 +136,7 @@ def _after_refutation(kept: Mapping[str, Any]) -> str:
 def _numbers() -> list[str]:
     """All fitted numbers, and which are not fitted."""
     weights = fitted_weights()
+    fitted = len(weights.near) + len(weights.far) + len(weights.join)
     of_views = [
         [name, *(f"{value:.3f}" for value in both)]
         for name, *both in zip(evidence.NAMES, weights.near, weights.far, strict=True)
@@ -145,8 +146,12 @@ def _numbers() -> list[str]:
     ]
     return [
         "## Its numbers",
-        "All are fitted together (logistic regression; `python -m vizbot.bench.fast_world.fit`)"
-        f" and lie in `mapping/clip/{WEIGHTS.name}`. The last table has what is not fitted.",
+        f"{fitted} numbers are fitted (logistic regression; `python -m"
+        " vizbot.bench.fast_world.fit`) and lie in"
+        f" `mapping/clip/{WEIGHTS.name}`: first those of a view, near and afar apart, then, on what"
+        " these say, those of all views of a place. The last table has what is not fitted; some of"
+        " it was read off homes of development all the same, and what is left after a look in vain"
+        " or a \"no\" was set by hand, which was not to be.",
         markdown_table(
             (
                 "one view of a place",
@@ -185,8 +190,9 @@ def _not_fitted() -> list[list[object]]:
          "next to it; about a piece of furniture"],
         ["edge of the square on which rooms are compared [m]", f"{room:g}",
          "chosen in homes 916 to 931"],
-        ["left of a place after a look in vain", doubt, "`objectnav.search.doubt`"],
-        ['left of a place after a person\'s "no"', REFUTED, "people may err"],
+        ["left of a place after a look in vain", doubt,
+         "set by hand (`objectnav.search.doubt`): looks may err"],
+        ['left of a place after a person\'s "no"', REFUTED, "set by hand: people may err"],
     ]  # fmt: skip
 
 

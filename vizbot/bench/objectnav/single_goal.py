@@ -41,7 +41,7 @@ QUICK_SHARE_OF, _ABLATED_SHARE = 3, 5
 """One of so many goals of each home is driven in a quick run, and without a part of the search."""
 _ROOMS = (
     "Driven and shortest are mean lengths of the paths of successes, and of the shortest paths "
-    "from the same starts. A step is one run of Algorithm 1, with one embedded frame and at most "
+    "from the same starts. A step is one decision, with one embedded frame and at most "
     "0.25 m or 30 degrees of motion. A start is over 3 m from everything that is asked for and "
     "outside of the room "
     "asked for, over 3 m from its floor as well where the home has such a place, else over 1.5 m."
