@@ -209,9 +209,12 @@ def test_answers_of_maps_and_what_is_driven_on_are_facts(tmp_path):
     ]
     Store(tmp_path / "b" / "absent-offset.jsonl", ThingAnswer).add("k", "c0", "hw", *answers)
     goals = [
-        GoalResult("crib", False, claimed, "", "", None, 100, 9.0, None, 9.0, outcome)
-        for claimed, outcome in ((False, Outcome.NOT_FOUND), (True, Outcome.ARRIVED))
-    ]
+        GoalResult("crib", False, claimed, "", "", None, 100, 9.0, None, 9.0, outcome, 0.9, truly)
+        for claimed, outcome, truly in (
+            (False, Outcome.NOT_FOUND, 0.85), (False, Outcome.NOT_FOUND, 0.75),
+            (True, Outcome.ARRIVED, 0.9),
+        )
+    ]  # fmt: skip
     searches = [
         EpisodeResult(Episode(1, ("crib",), n), (goal,), 0, None, 1.0, (), (0.0, 0.0, 0.0))
         for n, goal in enumerate(goals)
@@ -228,6 +231,7 @@ def test_answers_of_maps_and_what_is_driven_on_are_facts(tmp_path):
     offset, vain = facts["absent-offset"], facts["absent-by-searching"]
     assert (offset["found"]["count"], offset["found"]["of"]) == (1, 2)
     assert (offset["refused"]["percent"], offset["elsewhere"]["percent"]) == (50.0, 100.0)
-    assert (vain["refused"]["count"], vain["claimed"]["of"], vain["steps"]) == (1, 2, 100)
+    assert (vain["refused"]["count"], vain["claimed"]["of"], vain["steps"]) == (2, 3, 100)
+    assert (vain["seen_close"]["count"], vain["seen_close"]["of"]) == (1, 2)
     on = facts["overshoot-old"]
     assert (on["of"], on["stood"], on["before"], on["after"]) == (2, 1, 4.0, 5.0)

@@ -105,7 +105,11 @@ def test_what_the_robot_said_that_it_had_seen_stands_beside_the_truth(folder):
     text = search_page(folder, folder / "search.md").split("## How much of the home")[1]
     assert cells(text, "not found") == ["2", "+4.5", "1", "+14.0"]
     assert cells(text, "arrived") == ["1", "+30.0", "0", "+30.0"]
-    assert "gave up" not in text
+    assert "gave up" not in text and "is not there" not in text
+    keep(folder, "by searching", "c0ffee", (results[0], results[3]), bench="absent")
+    text = search_page(folder, folder / "search.md").split("## How much of the home")[1]
+    assert cells(text, "not found, and is not there") == ["1", "-5.0", "1", "-5.0"]
+    assert cells(text, "not found") == ["2", "+4.5", "1", "+14.0"]
 
 
 def test_where_the_truth_about_what_was_seen_was_not_kept_the_page_says_nothing_of_it(folder):

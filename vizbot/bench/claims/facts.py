@@ -22,6 +22,7 @@ from vizbot.bench.objectnav import absent
 from vizbot.bench.objectnav.multi_goal import at_least_rates, within_reach
 from vizbot.bench.objectnav.overshoot import Overshoot, ways_before_and_after
 from vizbot.bench.objectnav.retrieval import retrieval_result
+from vizbot.bench.objectnav.seen_section import seen_rate
 from vizbot.bench.objectnav.single_goal import SCALES
 from vizbot.bench.slam.homes import FAULTS
 from vizbot.bench.slam.hours import DrivenHours, hours_result
@@ -207,6 +208,7 @@ def _vain(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
         "refused": rate_facts(Rate.over(map(absent.is_refusal, goals))),
         "claimed": rate_facts(Rate.over(goal.claimed for goal in goals)),
         "steps": sum(goal.steps for goal in goals) / max(len(goals), 1),
+        "seen_close": rate_facts(seen_rate(filter(absent.is_refusal, goals))),
     }
 
 

@@ -10,7 +10,13 @@ from pathlib import Path
 
 from vizbot.bench.episodes.episode import EpisodeResult, HomeGoals
 from vizbot.bench.episodes.oracles import ORACLES
-from vizbot.bench.harness.bench_plan import ABLATION_ROWS, ENCODER_ROWS, PAPER, results_file
+from vizbot.bench.harness.bench_plan import (
+    ABLATION_ROWS,
+    ENCODER_ROWS,
+    PAPER,
+    SEARCHED,
+    results_file,
+)
 from vizbot.bench.harness.scores import (
     NavigationScore,
     PairedCounts,
@@ -25,7 +31,7 @@ from vizbot.bench.harness.tables import (
     percent,
     percent_range,
 )
-from vizbot.bench.objectnav import multi_goal
+from vizbot.bench.objectnav import absent, multi_goal
 from vizbot.bench.objectnav.home_tables import homes_table, models_section
 from vizbot.bench.objectnav.map_sections import map_sections
 from vizbot.bench.objectnav.overshoot import overshoot_table
@@ -97,7 +103,8 @@ def search_page(folder: Path, page: Path) -> str:
     parts += _without_parts(folder.with_name(folder.name + PARTS), rows[DEFAULT])
     parts += _with_true_parts(folder.with_name(folder.name + TRUE), rows[DEFAULT])
     parts += [_overshoot(folder), *map_sections(folder, page), _in_a_row(folder)]
-    parts += [_arrivals(rows[DEFAULT]), seen_section(_results(rows[DEFAULT]))]
+    vain = Store(results_file(folder, absent.NAME, SEARCHED), EpisodeResult).fullest()
+    parts += [_arrivals(rows[DEFAULT]), seen_section(_results(rows[DEFAULT]), _results(vain))]
     parts += ["## Failures", _failures(rows[DEFAULT])]
     parts += ["## Homes", homes_table(homes), models_section(homes)]
     return "\n\n".join(part for part in parts if part) + "\n"
