@@ -151,7 +151,7 @@ def _numbers() -> list[str]:
         f" `mapping/clip/{WEIGHTS.name}`: first those of a view, near and afar apart, then, on what"
         " these say, those of all views of a place. The last table has what is not fitted; some of"
         " it was read off homes of development all the same, and what is left after a look in vain"
-        " or a \"no\" was set by hand, which was not to be.",
+        ' or a "no" was set by hand, which was not to be.',
         markdown_table(
             (
                 "one view of a place",
