@@ -10,8 +10,8 @@ way any more, the robot goes back to the likeliest place if that may still do, e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -46,6 +46,23 @@ HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
 _ON_SPOT = 0.25
 """Distance from a spot at which the robot stands on it [m]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _SurePlace:
+    """A place near by that the robot is sure of.
+
+    Attributes:
+        xy: (2,) in `map` [m].
+        probability: That it is what is asked for.
+        threshold: What is enough for it.
+        navigation: The way up to it.
+    """
+
+    xy: NDArray[np.float64]
+    probability: float
+    threshold: float
+    navigation: Navigation
 
 
 class BeliefSearch:
@@ -209,6 +226,18 @@ class BeliefSearch:
         self, belief: PlaceBelief, sure: float, costmap: Costmap, T_map_base: SE3
     ) -> Decision | None:
         """Go up to what the robot is sure of near by, look, and stop; None where it is not sure."""
+        for place in self._sure_places(belief, sure, costmap, T_map_base):
+            if (decision := self._go_up_to(place, sure, T_map_base)) is not None:
+                return decision
+        return None
+
+    def _sure_places(
+        self, belief: PlaceBelief, sure: float, costmap: Costmap, T_map_base: SE3
+    ) -> Iterator[_SurePlace]:
+        """Places near by that the robot is sure of, the most probable first.
+
+        Each is looked for when it is asked for, since the aim counts that is left by then.
+        """
         held = self._aim if self._aim is not None and self._aim.kind == "stop" else None
         kept = sure if held is None else HELD * min(sure, held.sure)
         rows, columns = np.nonzero(belief.probabilities >= kept)
@@ -236,39 +265,42 @@ class BeliefSearch:
             way = way_to(likeliest) if likeliest != i else None
             if way is not None and way.distance <= self.CLOSING + self.AROUND:
                 chosen, navigation = likeliest, way
-            xy = places_xy[chosen]
-            aim = self._aim
-            if aim is None or not self._aims_at("stop", xy):
-                aim = self._aim = Aim("stop", xy, sure=sure)
-            self._previous = navigation
-            score, standing = float(probabilities[chosen]), navigation.arrived
-            why = reasons.near_by(score, sure=True, standing=standing)
-            decision = Decision(
-                navigation.twist,
-                "closing in",
-                navigation,
-                threshold=threshold,
-                why=self._verdicts.reason(xy, why),
-                score=score,
-            )
-            if self._wants_room and navigation.distance == 0.0:
-                decision = replace(decision, threshold=min(sure, aim.sure))
-                if (turn := self._turns.twist(T_map_base)) is not None:
-                    return replace(decision, twist=turn, activity="looking around")
-                if score < min(sure, aim.sure):
-                    self._looks.add(xy, here)
-                    self._aim = None
-                    continue
-            if not standing:
-                return decision
-            aim.looking += 1
-            if aim.looking <= LOOK_STEPS:
-                return replace(decision, twist=STOP, activity="making sure")
-            self.answer_xy = xy
-            reason = self._verdicts.reason(xy, f"{score:.0%} sure, from near by")
-            ended = Outcome.ARRIVED, reason
-            return replace(decision, twist=STOP, activity="arrived", why="", ended=ended)
-        return None
+            yield _SurePlace(places_xy[chosen], float(probabilities[chosen]), threshold, navigation)
+
+    def _go_up_to(self, place: _SurePlace, sure: float, T_map_base: SE3) -> Decision | None:
+        """Go up to a place, look, and stop; None where a room is doubted after a turn in it."""
+        xy, score, navigation = place.xy, place.probability, place.navigation
+        aim = self._aim
+        if aim is None or not self._aims_at("stop", xy):
+            aim = self._aim = Aim("stop", xy, sure=sure)
+        self._previous = navigation
+        standing = navigation.arrived
+        why = reasons.near_by(score, sure=True, standing=standing)
+        decision = Decision(
+            navigation.twist,
+            "closing in",
+            navigation,
+            threshold=place.threshold,
+            why=self._verdicts.reason(xy, why),
+            score=score,
+        )
+        if self._wants_room and navigation.distance == 0.0:
+            least = min(sure, aim.sure)
+            decision = replace(decision, threshold=least)
+            if (turn := self._turns.twist(T_map_base)) is not None:
+                return replace(decision, twist=turn, activity="looking around")
+            if score < least:
+                self._looks.add(xy, T_map_base[:2, 3])
+                self._aim = None
+                return None
+        if not standing:
+            return decision
+        aim.looking += 1
+        if aim.looking <= LOOK_STEPS:
+            return replace(decision, twist=STOP, activity="making sure")
+        self.answer_xy = xy
+        ended = Outcome.ARRIVED, self._verdicts.reason(xy, f"{score:.0%} sure, from near by")
+        return replace(decision, twist=STOP, activity="arrived", why="", ended=ended)
 
     def _likeliest_around(
         self, place: int, places_xy: NDArray[np.float64], probabilities: NDArray[np.float64]
