@@ -149,6 +149,7 @@ def test_episodes_of_several_goals_are_counted_by_home_and_by_goals_in_a_row(tmp
     facts = kept_facts(tmp_path)["few"]["multi-default"]
     assert facts["of_home"] == {1100: 2, 1101: 1}
     assert (facts["asked_for"], facts["ended_at"], facts["ended"]) == ({"sofa": 7}, {"sofa": 2}, 2)
+    assert facts["ended_in"] == {1100: 1, 1101: 1}
     assert [facts[f"at_least_{n}"]["count"] for n in (1, 2, 3, 4)] == [2, 1, 1, 1]
     assert (facts["all"]["count"], facts["all"]["of"]) == (1, 3)
     assert facts["said_wrongly"] == 1

@@ -154,6 +154,7 @@ def _multi(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
     facts["of_home"] = Counter(result.episode.home for result in results)
     facts["asked_for"] = Counter(goal.text for result in results for goal in result.goals)
     facts["ended_at"] = Counter(r.goals[-1].text for r in results if not r.success)
+    facts["ended_in"] = Counter(r.episode.home for r in results if not r.success)
     facts["ended"] = facts["ended_at"].total()
     facts["said_wrongly"] = sum(g.claimed and not g.success for r in results for g in r.goals)
     facts["steps"] = mean(goal.steps for result in results for goal in result.goals)
