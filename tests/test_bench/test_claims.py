@@ -111,6 +111,7 @@ def episode(home, goal, success, steps=100):
 def test_rows_become_rates_in_percent_and_pairs(tmp_path):
     ours = [episode(1100 + i, "sofa", i != 3) for i in range(4)]
     theirs = [episode(1100 + i, "sofa", i == 0) for i in range(4)]
+    theirs[1:] = [replace(each, track=((0.0, 0.1),)) for each in theirs[1:]]
     for name, results in (("default", ours), ("scale-1", theirs)):
         file = tmp_path / "scoreboard" / f"objectnav-{name}.jsonl"
         Store(file, EpisodeResult).add("key", "c0ffee", "2 cores", *results)
@@ -123,7 +124,7 @@ def test_rows_become_rates_in_percent_and_pairs(tmp_path):
     assert row["spl"] == pytest.approx(0.75 * 5 / 20)
     assert (row["driven"], row["shortest"], row["commit"]) == (20.0, 5.0, "c0ffee")
     other = facts["scoreboard"]["objectnav-scale-1"]
-    assert other["default_against"] == {"wins": 2, "losses": 0, "p": 0.5}
+    assert other["default_against"] == {"wins": 2, "losses": 0, "p": 0.5, "same_path": 1}
     assert facts["walk"]["results"]["rows"][0]["error"] == 0.1
 
 

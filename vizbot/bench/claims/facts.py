@@ -88,6 +88,9 @@ def kept_facts(rows: Path) -> Facts:
             default = inner.get(IN_A_ROW if name.startswith("multi-") else DEFAULT)
             if default is not None and "reached" in row:
                 row["default_against"] = _paired(default["reached"], row["reached"])
+                if "tracks" in row:
+                    tracks = default["tracks"].items() & row["tracks"].items()
+                    row["default_against"]["same_path"] = len(tracks)
     defaults = {name: inner[DEFAULT] for name, inner in facts.items() if DEFAULT in inner}
     for name, row in defaults.items():
         row["against"] = {
@@ -142,6 +145,7 @@ def _navigation(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
         "shortest": score.shortest_of_successes,
         "collisions": score.collisions,
         "reached": {result.episode: result.success for result in results},
+        "tracks": {result.episode: result.track for result in results},
     }  # fmt: skip
 
 
