@@ -25,6 +25,9 @@ WITH_CATALOGUE = {
     1019: "726cb320359c2b8a",
 }
 PLAIN = {3: "53a7c4d34fccb34e", 1003: "03e42ee16a850b65"}
+ON_INTEL = {"cee92510d247ad3b": "6bebee4dec847236", "03e42ee16a850b65": "003bd8fe77373d4c"}
+"""Digests where OpenCV enlarges pictures by Intel's library on a processor of Intel: one pixel of a
+floor of home 1003 lies on the edge of rounding. The kept rows are of homes as AMD's draw them."""
 
 
 def digest_of(house):
@@ -57,6 +60,10 @@ def digest_of(house):
     return digest.hexdigest()[:16]
 
 
+def assert_is(digest, measured):
+    assert digest in (measured, ON_INTEL.get(measured))
+
+
 def catalogue_edition():
     models = repr([(entry.id, entry.size, entry.model) for entry in read_catalogue()])
     return sha256(models.encode()).hexdigest()[:16]
@@ -72,12 +79,12 @@ def plain_shapes(monkeypatch):
 def test_a_home_with_models_stays_as_it_was_measured_in(seed):
     if catalogue_edition() != EDITION:
         pytest.skip("Debian's sweethome3d-furniture 1.8 is not installed")
-    assert digest_of(home(seed)) == WITH_CATALOGUE[seed]
+    assert_is(digest_of(home(seed)), WITH_CATALOGUE[seed])
 
 
 @pytest.mark.parametrize("seed", PLAIN)
 def test_a_home_of_plain_shapes_stays_as_it_was_measured_in(seed, plain_shapes):
-    assert digest_of(home(seed)) == PLAIN[seed]
+    assert_is(digest_of(home(seed)), PLAIN[seed])
 
 
 def test_a_digest_notices_one_moved_piece():
