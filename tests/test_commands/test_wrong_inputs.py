@@ -234,6 +234,7 @@ TABLE = """
     bench loop --out there | --out there | leave it out
     bench objectnav --against HEAD | --against HEAD | loop
     bench --check --quick | --check | leave out --quick
+    bench objectnav walk --check --json | --check | leave out NAME, SEQ, --json
     teleop --base tank | --base tank | roomba or sim
     goal | 'TEXT...' | --help
     goal '' | the goal '' is empty | 'yellow chair'

@@ -126,11 +126,15 @@ def _require_out(out: Path | None) -> None:
         raise ConfigError(f"--out {out}: {error.strerror}; give another folder") from error
 
 
+_GIVEN_AS = {"name": "NAME", "sequence": "SEQ", "as_json": "--json"}
+"""What a person gives where the name of an option's field does not say it."""
+
+
 def _run_figures(options: BenchOptions) -> None:
     """Draw what is made of kept rows, and hold every figure against the rows."""
     alone = BenchOptions(check=options.check, figures=options.figures)
     other = [
-        f"--{name.replace('_', '-')}"
+        _GIVEN_AS.get(name, f"--{name.replace('_', '-')}")
         for name, value in asdict(options).items()
         if value != getattr(alone, name)
     ]
