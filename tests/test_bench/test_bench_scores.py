@@ -153,6 +153,14 @@ def test_tables_are_as_wide_as_their_cells_and_show_rates_in_percent():
     ]
 
 
+def test_a_column_of_single_characters_keeps_the_hyphen_without_which_there_is_no_table():
+    assert markdown_table(("goal", "p"), [["tv", 1]]).split("\n") == [
+        "| goal |  p |",
+        "| ---- | -: |",
+        "| tv   |  1 |",
+    ]
+
+
 def test_a_rate_and_its_interval_are_printed_as_the_paper_does():
     assert percent(47 / 54) == "87.0"
     assert interval_text(Rate(47, 54)) == "76 to 94"
