@@ -282,8 +282,20 @@ def test_searches_in_the_fast_world_stand_beside_those_in_the_whole_loop(tmp_pat
         keep(folder, name, "0ld", [driven(each, way=fast) for each in EPISODES[:5]], bench="fast")
         keep(folder, "default", "c0ffee", map(driven, EPISODES), bench="whole")
     text = ranking_page(folder, folder / "ranking.md")
-    assert cells(text, "paper") == ["5", "100.0", "10.0", "100", "100.0", "12.5", "100", "0ld"]
-    assert cells(text, "old, choosy 1.0")[2] == "20.0" and "(Spearman): 1.00" in text
+    spl, fast_spl = "10.0 ± 0.0", "12.5 ± 0.0"
+    assert cells(text, "paper") == ["5", "100.0", spl, "100", "100.0", fast_spl, "100", "0ld"]
+    assert cells(text, "old, choosy 1.0")[2] == "20.0 ± 0.0" and "(Spearman): 1.00" in text
+
+
+def test_how_much_spl_differs_between_episodes_stands_beside_it(tmp_path):
+    folder = tmp_path / "ranking"
+    for name, ways in (("old", (20.0, 10.0)), ("default", (10.0, 5.0))):
+        for world in ("whole", "fast"):
+            rows = [driven(each, way=way) for each, way in zip(EPISODES[:2], ways, strict=True)]
+            keep(folder, name, "c0ffee", rows, bench=world)
+    text = ranking_page(folder, folder / "ranking.md")
+    assert cells(text, "old")[2] == "37.5 ± 12.5"
+    assert cells(text, "default")[5] == "75.0 ± 25.0"
 
 
 def test_distinct_models_of_goals_are_counted_where_they_are_recorded(folder):

@@ -5,13 +5,15 @@ The fast world is worth thinking in as long as it ranks searches as the whole lo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from scipy.stats import spearmanr
 
 from vizbot.bench.episodes.episode import EpisodeResult
+from vizbot.bench.fast_world.bench import standard_error
 from vizbot.bench.harness.bench_plan import results_file
-from vizbot.bench.harness.scores import NavigationScore
+from vizbot.bench.harness.scores import NavigationScore, spl
 from vizbot.bench.harness.store import Store, StoredResult
 from vizbot.bench.harness.tables import markdown_table, percent
 
@@ -21,7 +23,9 @@ _TITLE = "# The fast world beside the whole loop"
 _NOTE = (
     "Every search on the same episodes, those of the quick share, in homes of development: here"
     " rules are compared, and nothing is claimed. `old` is the search before the present one;"
-    " `choosy 1.0` believes a place from 1.0 of the encoder's threshold on instead of 1.3."
+    " `choosy 1.0` believes a place from 1.0 of the encoder's threshold on instead of 1.3. SPL in"
+    " percent, with its standard error; commits of the whole loop and of the fast world, where they"
+    " differ."
 )
 
 
@@ -39,19 +43,15 @@ def ranking_page(folder: Path, page: Path) -> str:
         both = whole.keys() & fast.keys()
         if not both:
             continue
-        there, here = (
-            NavigationScore.from_results([each[episode].result for episode in both])
-            for each in (whole, fast)
-        )
+        there, here = ([each[episode].result for episode in both] for each in (whole, fast))
         commits = dict.fromkeys(line.commit for each in (whole, fast) for line in each.values())
         lines.append([name, len(both), *_figures(there), *_figures(here), " and ".join(commits)])
-        assert there.spl is not None and here.spl is not None
-        whole_spl.append(there.spl)
-        fast_spl.append(here.spl)
+        whole_spl.append(_mean_spl(there)[0])
+        fast_spl.append(_mean_spl(here)[0])
     if len(lines) < 2:
         return ""
     header = ("search", "episodes", "reached", "SPL", "steps", "reached, fast", "SPL, fast",
-              "steps, fast", "commit")  # fmt: skip
+              "steps, fast", "commits")  # fmt: skip
     rank = float(spearmanr(whole_spl, fast_spl).statistic)
     agreement = f"Rank correlation of the SPL of both worlds (Spearman): {rank:.2f}."
     return f"{_TITLE}\n\n{_NOTE}\n\n{markdown_table(header, lines)}\n\n{agreement}\n"
@@ -64,5 +64,16 @@ def _stored(folder: Path, world: str, name: str) -> dict[object, StoredResult[Ep
     return {line.result.episode: line for line in lines}
 
 
-def _figures(score: NavigationScore) -> list[object]:
-    return [score.success, percent(score.spl), "-" if score.steps is None else f"{score.steps:.0f}"]
+def _figures(results: Sequence[EpisodeResult]) -> list[object]:
+    """What is reached, SPL with its standard error, and steps."""
+    score = NavigationScore.from_results(results)
+    mean, error = _mean_spl(results)
+    spread = "" if error is None else f" ± {percent(error)}"
+    steps = "-" if score.steps is None else f"{score.steps:.0f}"
+    return [score.success, f"{percent(mean)}{spread}", steps]
+
+
+def _mean_spl(results: Sequence[EpisodeResult]) -> tuple[float, float | None]:
+    """Mean of the SPL of the episodes, and its standard error."""
+    values = [spl(result.goals) or 0.0 for result in results]
+    return sum(values) / len(values), standard_error(values)
