@@ -5,7 +5,6 @@ The fast world is worth thinking in as long as it ranks searches as the whole lo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from scipy.stats import spearmanr
@@ -43,11 +42,15 @@ def ranking_page(folder: Path, page: Path) -> str:
         both = whole.keys() & fast.keys()
         if not both:
             continue
-        there, here = ([each[episode].result for episode in both] for each in (whole, fast))
-        commits = dict.fromkeys(line.commit for each in (whole, fast) for line in each.values())
-        lines.append([name, len(both), *_figures(there), *_figures(here), " and ".join(commits)])
-        whole_spl.append(_mean_spl(there)[0])
-        fast_spl.append(_mean_spl(here)[0])
+        line: list[object] = [name, len(both)]
+        for kept, means in ((whole, whole_spl), (fast, fast_spl)):
+            results = [kept[episode].result for episode in both]
+            score = NavigationScore.from_results(results)
+            assert score.spl is not None
+            means.append(score.spl)
+            line += _figures(score, standard_error([spl(each.goals) or 0.0 for each in results]))
+        commits = dict.fromkeys(each.commit for kept in (whole, fast) for each in kept.values())
+        lines.append([*line, " and ".join(commits)])
     if len(lines) < 2:
         return ""
     header = ("search", "episodes", "reached", "SPL", "steps", "reached, fast", "SPL, fast",
@@ -64,16 +67,8 @@ def _stored(folder: Path, world: str, name: str) -> dict[object, StoredResult[Ep
     return {line.result.episode: line for line in lines}
 
 
-def _figures(results: Sequence[EpisodeResult]) -> list[object]:
+def _figures(score: NavigationScore, error: float | None) -> list[object]:
     """What is reached, SPL with its standard error, and steps."""
-    score = NavigationScore.from_results(results)
-    mean, error = _mean_spl(results)
     spread = "" if error is None else f" ± {percent(error)}"
     steps = "-" if score.steps is None else f"{score.steps:.0f}"
-    return [score.success, f"{percent(mean)}{spread}", steps]
-
-
-def _mean_spl(results: Sequence[EpisodeResult]) -> tuple[float, float | None]:
-    """Mean of the SPL of the episodes, and its standard error."""
-    values = [spl(result.goals) or 0.0 for result in results]
-    return sum(values) / len(values), standard_error(values)
+    return [score.success, f"{percent(score.spl)}{spread}", steps]
