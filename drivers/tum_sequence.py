@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
+from drivers.depth import without_saturated
 from drivers.image_header import image_size
 from vizbot.core.camera_limits import (
     LATEST_STAMP,
@@ -153,7 +154,7 @@ class RecordedSequence:
                     "give the calibration of these images, with depth registered to colour"
                 )
         rgb = np.ascontiguousarray(bgr[..., 2::-1], np.uint8)
-        depth = raw.astype(np.float32) / np.float32(self._depth_scale)
+        depth = without_saturated(raw).astype(np.float32) / np.float32(self._depth_scale)
         return RGBDFrame(pair.stamp, rgb, depth, self._intrinsics, ImuSamples.none())
 
 

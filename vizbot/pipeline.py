@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.belief import PlaceBelief
+from mapping.clip.mapper import ALL_PIXELS, NEAR_MEDIAN
 from mapping.clip.scores import Background, Query
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
@@ -111,7 +112,10 @@ class Pipeline:
         self.map = CurrentMap(0, saved_map, config)
         # Once a run, not once a map, and where the frames are embedded: it takes a while.
         background = cache(partial(Background.embedded_by, encoder))
-        self._parts = replace(parts or PerceptionParts(), background=background)
+        spreads = ALL_PIXELS if config.objectnav.method == "paper" else NEAR_MEDIAN
+        self._parts = replace(
+            parts or PerceptionParts(), background=background, patch_spreads=spreads
+        )
 
     def require_usable(self, saved_map: MapBundle | None) -> None:
         """Raise a `MapError` for a map of another encoder or with cells of another size."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.depth import without_saturated
 from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.depth_filters import DepthFilters
 from drivers.realsense.imu import RealSenseImu
@@ -115,7 +116,7 @@ class RealSenseStreams:
         size = self.intrinsics.height, self.intrinsics.width
         if rgb.shape != (*size, 3) or raw.shape != size:
             raise RuntimeError("its images are of another size than its calibration says")
-        return rgb, raw.astype(np.float32) * self._depth_scale
+        return rgb, without_saturated(raw).astype(np.float32) * self._depth_scale
 
     def _samples(self, accepted: Accepted, since: float) -> ImuSamples:
         if self._imu is None:

@@ -10,6 +10,8 @@ log = logging.getLogger(__name__)
 
 _JUMP = 1.0
 """Error of a stamp from which the camera's clock counts as reset [s]."""
+_WRAP = 2**32 / 1e6
+"""Time after which a camera's clock, 32 bits of microseconds, begins again [s]."""
 _BURST = 5.0
 """Time within which consecutive bad framesets share a line in the log [s]."""
 _GLOBAL = "global_time"
@@ -76,7 +78,8 @@ class FrameStamps:
             color: The colour image's stamp on the camera's clock [s].
             depth: The depth image's.
             period: From one frame to the next [s].
-            now: Time of reception [s]; None for a recording, whose clock is not checked.
+            now: Time of reception [s]; None for a recording, where a gap may be one of its own and
+                only a clock that goes back was reset.
         """
         if color == self._raw:
             self._fault = "colour stands still"  # or comes more slowly than depth, in the dark
@@ -86,16 +89,9 @@ class FrameStamps:
             self._leave_out(f"colour and depth are {apart:.0f} ms apart", now)
             return None
         stamp, jumped = color + self._offset, False
-        if now is not None and math.isfinite(self._stamp):
-            # A frame may have waited for its reader, but none comes early.
-            early = stamp - now - self._lead
-            # A single frameset from long before was delayed somewhere.
-            was_back, self._back = self._back, stamp < self._stamp - _JUMP
-            if (self._back and was_back) or early > _JUMP:
-                log.warning("%s: its clock jumped by %+.1f s", self._name, early)
-                expected = max(now + self._lead, self._stamp + period)
-                self._offset += expected - stamp
-                stamp, jumped = expected, True
+        if math.isfinite(self._stamp) and (shift := self._shift(stamp, period, now)):
+            stamp, jumped = stamp + shift, True
+            self._offset += shift
         if stamp <= self._stamp:
             self._leave_out("frames come out of order", now)
             return None
@@ -103,6 +99,22 @@ class FrameStamps:
         if now is not None:
             self._lead = max(self._lead, stamp - now)
         return Accepted(stamp, self._offset, jumped)
+
+    def _shift(self, stamp: float, period: float, now: float | None) -> float:
+        """What to add to a stamp since the camera's clock was reset [s]; 0 where it was not."""
+        follows = self._stamp + period
+        if abs(follows - stamp - _WRAP) < _JUMP:
+            log.warning("%s: its 32-bit clock began again", self._name)
+            return _WRAP
+        # A frame may have waited for its reader, but none comes early.
+        expected = follows if now is None else max(now + self._lead, follows)
+        early = 0.0 if now is None else stamp - now - self._lead
+        # A single frameset from long before was delayed somewhere.
+        was_back, self._back = self._back, stamp < self._stamp - _JUMP
+        if not (self._back and was_back) and early <= _JUMP:
+            return 0.0
+        log.warning("%s: its clock jumped by %+.1f s", self._name, stamp - expected)
+        return expected - stamp
 
     def _leave_out(self, fault: str, now: float | None) -> None:
         at = self._stamp if now is None else now

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vizbot.core.camera_limits import FARTHEST_DEPTH
 from vizbot.core.geometry import back_project, transform
 from vizbot.core.types import SE3, Intrinsics
 
@@ -66,7 +67,7 @@ def footprint(
         return Footprint.nothing()
     widths, (width, _, _) = boxes[:, 2] - boxes[:, 0], _scales(boxes)
     points_cam = back_project(depth, intrinsics)[::_STRIDE, ::_STRIDE]
-    measured = points_cam[..., 2] > 0
+    measured = (points_cam[..., 2] > 0) & (points_cam[..., 2] <= FARTHEST_DEPTH)
     cells = np.floor(transform(T_map_cam, points_cam.reshape(-1, 3))[:, :2] / PLACE).astype(
         np.int64
     )

@@ -40,6 +40,13 @@ def test_a_thing_before_a_wall_is_apart_from_it():
     assert {round(float(each), 1) for each in ranges} == {1.6, 3.1}
 
 
+def test_false_depth_beyond_a_cameras_range_shows_no_place():
+    depth = wall(3.1)
+    depth[150:330, 260:380] = 12.0
+    shown = footprint(depth, CAMERA, LEVEL, boxes())
+    assert transform(LEVEL, shown.points_cam)[:, 0] == pytest.approx(3.1)
+
+
 def test_every_place_has_the_patch_that_shows_most_of_it_and_those_around():
     shown, all_boxes = footprint(wall(2.1), CAMERA, LEVEL, boxes()), boxes()
     widths = all_boxes[:, 2] - all_boxes[:, 0]

@@ -85,12 +85,34 @@ def test_a_reader_that_comes_late_sees_no_jump(stamps):
     assert not stamps.judge(1020.0, 1020.0, PERIOD, 20.1).jumped
 
 
-def test_a_recordings_clock_is_not_judged(stamps, caplog):
+def test_a_gap_in_a_recording_stays_a_gap(stamps, caplog):
     caplog.set_level(logging.WARNING)
     assert stamps.judge(0.0, 0.0, PERIOD).stamp == 0.0
     accepted = stamps.judge(5000.0, 5000.0, PERIOD)
     assert accepted.stamp == 5000.0 and not accepted.jumped
     assert caplog.messages == []
+
+
+def test_a_recording_goes_on_when_the_cameras_clock_goes_back(stamps, caplog):
+    stamps.judge(1000.0, 1000.0, PERIOD)
+    assert stamps.judge(3.0, 3.0, PERIOD) is None  # it takes two, as of a live camera
+    first = stamps.judge(3.0 + PERIOD, 3.0 + PERIOD, PERIOD)
+    assert first.jumped and first.stamp == pytest.approx(1000.0 + PERIOD)
+    assert stamps.judge(4.0, 4.0, PERIOD).stamp == pytest.approx(4.0 + first.offset)
+    assert "clock jumped by" in caplog.text
+
+
+@pytest.mark.parametrize("now", [None, 7.0])
+def test_no_frame_is_lost_when_the_cameras_32_bit_clock_begins_again(stamps, caplog, now):
+    wrap, taken = 2**32 / 1e6, []
+    for index in range(45):
+        color = (wrap - 0.5 + index * PERIOD) % wrap
+        at = None if now is None else now + index * PERIOD
+        taken.append(stamps.judge(color, color, PERIOD, at))
+    assert [accepted.jumped for accepted in taken].count(True) == 1
+    expected = [wrap - 0.5 + index * PERIOD for index in range(45)]
+    assert [accepted.stamp for accepted in taken] == pytest.approx(expected)
+    assert "began again" in caplog.text
 
 
 @given(

@@ -281,3 +281,13 @@ def test_the_hololens_office_opens():
         assert len(camera) == len((OFFICE_WALK / "associations.txt").read_text().splitlines())
     assert frame.rgb.shape == (360, 540, 3)
     assert 0.5 < np.median(frame.depth[frame.depth > 0]) < 10.0
+
+
+def test_the_largest_16_bit_depth_is_a_hole(folder):
+    raw = raw_depth(0)
+    raw[5:9, 5:9] = 65535
+    cv2.imwrite(str(folder / "depth/1.0.png"), raw)
+    with RecordedSequence(folder) as camera:
+        depth = camera.read().depth
+    assert (depth[5:9, 5:9] == 0).all()
+    assert (depth[10:] == 1.0).all()

@@ -8,7 +8,14 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from mapping.clip.config import ClipMapperConfig
-from mapping.clip.mapper import ClipMap, FrameElements, embed_frame, patch_boxes, patch_points
+from mapping.clip.mapper import (
+    ALL_PIXELS,
+    ClipMap,
+    FrameElements,
+    embed_frame,
+    patch_boxes,
+    patch_points,
+)
 from vizbot.core.geometry import back_project, transform
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
@@ -111,19 +118,44 @@ def test_a_scale_that_is_not_whole_pixels_is_refused():
 
 
 @given(seed=st.integers(0, 1000), holes=st.floats(0.0, 1.0))
-def test_an_element_lies_at_the_mean_of_its_patchs_valid_points(seed, holes):
+def test_the_papers_element_lies_at_the_mean_of_its_patchs_valid_points(seed, holes):
     rng = np.random.default_rng(seed)
     depth = rng.uniform(0.3, 8.0, (70, 95)).astype(np.float32)
     depth[rng.random(depth.shape) < holes] = 0.0
     intrinsics = intrinsics_of(95, 70)
     boxes = patch_boxes(95, 70, ClipMapperConfig(patch_size=16))
-    points, parts = patch_points(depth, intrinsics, boxes)
+    depth[rng.random(depth.shape) < 0.01] = 30.0
+    points, parts = patch_points(depth, intrinsics, boxes, ALL_PIXELS)
     cloud = back_project(depth, intrinsics).astype(np.float64)
     for (u0, v0, u1, v1), point, part in zip(boxes, points, parts, strict=True):
-        valid = depth[v0:v1, u0:u1] > 0
+        valid = (depth[v0:v1, u0:u1] > 0) & (depth[v0:v1, u0:u1] < 30)
         assert part == pytest.approx(valid.mean())
         if valid.any():
             np.testing.assert_allclose(point, cloud[v0:v1, u0:u1][valid].mean(axis=0), atol=1e-5)
+
+
+@given(
+    seed=st.integers(0, 1000),
+    false=st.floats(0.0, 0.2),
+    lie=st.floats(0.1, 65.5),
+    slope=st.floats(-0.4, 0.4),
+)
+def test_false_depth_of_some_pixels_moves_no_element_off_its_surface(seed, false, lie, slope):
+    rng = np.random.default_rng(seed)
+    surface = 2.5 + slope * np.linspace(-1, 1, 96, dtype=np.float32) + np.zeros((72, 1), np.float32)
+    depth = np.where(rng.random(surface.shape) < false, np.float32(lie), surface)
+    intrinsics = intrinsics_of(96, 72)
+    boxes = patch_boxes(96, 72, ClipMapperConfig(patch_size=24))
+    true, _ = patch_points(surface, intrinsics, boxes)
+    found, _ = patch_points(depth, intrinsics, boxes)
+    assert np.linalg.norm(found - true, axis=1).max() < 0.15
+
+
+def test_an_element_of_a_thing_before_a_wall_lies_on_the_thing_that_fills_its_patch():
+    depth = np.full((32, 32), 4.0, np.float32)
+    depth[:, :20] = 1.5
+    points, _ = patch_points(depth, intrinsics_of(32, 32), np.array([[0, 0, 32, 32]], np.int32))
+    assert points[0, 2] == pytest.approx(1.5)
 
 
 def test_a_patch_with_too_little_depth_is_dropped_and_the_rest_is_one_batch():

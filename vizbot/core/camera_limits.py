@@ -8,6 +8,8 @@ MOST_PIXELS = 16_384
 """Longest edge of an image [px]."""
 LATEST_STAMP = 1e20
 """Latest stamp: far beyond nanoseconds since 1970, and differences are still finite [s]."""
+FARTHEST_DEPTH = 8.0
+"""Beyond this depth no indoor camera measures places; what it gives are false matches [m]."""
 _SHORTEST, _LONGEST = 0.05, 50.0
 """Focal lengths in longest edges of the image. A pinhole sees 169 degrees with the one and 1.1 with
 the other; no depth camera sees more, or less."""

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.mapper import NEAR_MEDIAN
 from mapping.clip.scores import Background
 from mapping.keyframes.anchors import KeyframeViews
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame
@@ -84,8 +85,10 @@ class PerceptionParts:
         slam: Instead of `mapping.slam.slam.Slam`; its `map` begins where the base stands.
         depth_mapper: Instead of `mapping.occupancy.depth_mapper.DepthMapper`.
         background: Embeds the background phrases, or returns them where it has done so before.
+        patch_spreads: Which pixels give a patch its point, as of `mapper.patch_points`.
     """
 
     slam: PoseEstimator | None = None
     depth_mapper: ObstacleMapper | None = None
     background: Callable[[], Background] | None = None
+    patch_spreads: float = NEAR_MEDIAN

@@ -127,6 +127,7 @@ class Perception:
         self._statistics = GrowingRows(statistics)
         self._placement = Placement()
         self._encoder, self._background = encoder, background
+        self._patch_spreads = parts.patch_spreads
         self._clock = clock
         self._config = config
         self._intrinsics = first.intrinsics
@@ -270,7 +271,7 @@ class Perception:
 
     def _embedded_of(self, frame: RGBDFrame, T_map_new: SE3 | None) -> _Embedded:
         """Embed a frame; `T_map_new` is where it was taken, None where its view is no new one."""
-        elements = embed_frame(frame, self._encoder, self._config.clip_mapper)
+        elements = embed_frame(frame, self._encoder, self._config.clip_mapper, self._patch_spreads)
         shown = None
         if T_map_new is not None:
             shown = footprint(frame.depth, frame.intrinsics, T_map_new, elements.boxes)
