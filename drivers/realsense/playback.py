@@ -33,7 +33,7 @@ class RealSenseRecording:
         """Open the recording at `path`.
 
         Raises:
-            ConfigError: the recording is missing, incomplete or damaged, or has no colour (RGB8)
+            ConfigError: the recording is missing, incomplete or damaged, or has no colour
                 and depth (Z16).
         """
         check_header(path)
@@ -54,7 +54,7 @@ class RealSenseRecording:
         except EOFError:
             self.close()
             raise ConfigError(
-                f"{self._name}: cannot be played ({self._end()}); record RGB8 and Z16 again"
+                f"{self._name}: cannot be played ({self._end()}); record colour and Z16 again"
             ) from None
         except BaseException:
             self.close()

@@ -62,7 +62,7 @@ class RecordingReader:
         wanted = rs.config()
         wanted.enable_device_from_file(str(path), repeat_playback=False)
         wanted.enable_stream(rs.stream.depth, 0, 0, rs.format.z16, 0)
-        wanted.enable_stream(rs.stream.color, 0, 0, rs.format.rgb8, 0)
+        wanted.enable_stream(rs.stream.color, 0, 0, rs.format.any, 0)
         try:
             # Paused while it starts: otherwise the first frames are gone before a reader is there.
             resolved = wanted.resolve(rs.pipeline_wrapper(pipeline))
@@ -78,7 +78,7 @@ class RecordingReader:
         except RuntimeError as error:
             reason = " ".join(str(error).split())
             raise ConfigError(
-                f"{self._name}: cannot be played ({reason}); record RGB8 and Z16 again"
+                f"{self._name}: cannot be played ({reason}); record colour and Z16 again"
             ) from error
 
     @property

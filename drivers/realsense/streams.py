@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.depth import without_saturated
+from drivers.realsense.colour import require_format, to_rgb
 from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.depth_filters import DepthFilters
 from drivers.realsense.imu import RealSenseImu
@@ -39,7 +40,7 @@ class RealSenseStreams:
 
         Args:
             pipeline: `rs.pipeline` that is stopped.
-            wanted: `rs.config` of a device with colour (RGB8) and depth (Z16).
+            wanted: `rs.config` of a device with colour and depth (Z16).
             config: Settings of filters and IMU.
             name: Of the device, in the log.
             queue: `rs.frame_queue` for the framesets; None leaves them to the pipeline.
@@ -58,6 +59,8 @@ class RealSenseStreams:
             self.intrinsics = _pinhole(color)
             self._depth_scale = np.float32(device.first_depth_sensor().get_depth_scale())
             _require_calibration(self.intrinsics, float(self._depth_scale))
+            self._color_format = str(color.format().name)
+            require_format(self._color_format)
             self.period = 1.0 / max(color.fps(), 1)
             if any(distortion := color.get_intrinsics().coeffs):
                 log.warning("%s: lens distortion %s is ignored", name, distortion)
@@ -111,9 +114,10 @@ class RealSenseStreams:
         filtered = self._filters.process(frames)
         aligned = filtered if self._align is None else self._align.process(filtered)
         # The SDK's buffers return to a small pool: copy them.
-        rgb = np.array(aligned.get_color_frame().get_data(), dtype=np.uint8)
-        raw = np.asanyarray(aligned.get_depth_frame().get_data())
         size = self.intrinsics.height, self.intrinsics.width
+        color = np.asanyarray(aligned.get_color_frame().get_data())
+        rgb = to_rgb(color, self._color_format, *size)
+        raw = np.asanyarray(aligned.get_depth_frame().get_data())
         if rgb.shape != (*size, 3) or raw.shape != size:
             raise RuntimeError("its images are of another size than its calibration says")
         return rgb, without_saturated(raw).astype(np.float32) * self._depth_scale
