@@ -8,6 +8,7 @@ al., "A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS 2012, and its 
 from __future__ import annotations
 
 import itertools
+from codecs import BOM_UTF8
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -18,6 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from drivers.depth import without_saturated
 from drivers.image_header import image_size
+from drivers.ros_bags import require_no_bag
 from vizbot.core.camera_limits import (
     LATEST_STAMP,
     MOST_PIXELS,
@@ -78,6 +80,7 @@ class RecordedSequence:
     def __init__(
         self, folder: Path, intrinsics: Intrinsics | None = None, depth_scale: float | None = None
     ) -> None:
+        require_no_bag(folder)
         if not folder.is_dir():
             raise ConfigError(f"sequence {folder}: no such folder; {_LAYOUT}")
         if intrinsics is None or depth_scale is None:
@@ -141,6 +144,8 @@ class RecordedSequence:
 
     def _load(self, pair: _Pair) -> RGBDFrame:
         bgr, raw = _decode(pair.rgb), _decode(pair.depth)
+        if bgr.ndim == 2 and bgr.dtype == np.uint8:
+            bgr = cv2.cvtColor(bgr, cv2.COLOR_GRAY2BGR)
         if bgr.ndim != 3 or bgr.shape[2] < 3 or bgr.dtype != np.uint8:
             raise ConfigError(f"image {pair.rgb}: not 8-bit colour; list colour before depth")
         if raw.ndim != 2 or raw.dtype != np.uint16:
@@ -183,7 +188,7 @@ def _read_calibration(folder: Path) -> tuple[Intrinsics, float]:
     if not path.is_file():
         raise ConfigError(f"sequence {folder}: no camera.json; {_REMEDY}")
     try:
-        camera = _CameraFile.model_validate_json(_bytes(path, "calibration"))
+        camera = _CameraFile.model_validate_json(_bytes(path, "calibration").removeprefix(BOM_UTF8))
     except ValidationError as error:
         first = causes(error.errors())[0]
         where = ".".join(map(str, first["loc"])) or "the file"
@@ -220,7 +225,7 @@ def _read_pairs(folder: Path) -> list[_Pair]:
 
 def _read_rows(path: Path, columns: int) -> list[list[str]]:
     """Lines of a list, split, each with stamps in its even columns; comments start with `#`."""
-    lines = _bytes(path, "list").decode("utf-8", errors="replace").splitlines()
+    lines = _bytes(path, "list").decode("utf-8-sig", errors="replace").splitlines()
     rows = []
     for number, line in enumerate(lines, start=1):
         row = line.split()

@@ -48,7 +48,7 @@ def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64
         ConfigError: the file is missing or a line is not a stamp and a pose.
     """
     try:
-        text = read_regular(path, _MOST_BYTES).decode()
+        text = read_regular(path, _MOST_BYTES).decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not readable as a TUM trajectory ({error})") from error
     stamps: list[float] = []

@@ -220,7 +220,7 @@ def load_config(path: Path | None, clip: str | None = None, method: Method | Non
     settings: dict[str, object] = {}
     if path is not None:
         try:
-            settings = tomllib.loads(read_regular(path, _LARGEST).decode())
+            settings = tomllib.loads(read_regular(path, _LARGEST).decode("utf-8-sig"))
         except OSError as error:
             text = f"configuration {path}: {error.strerror}; give a TOML file"
             raise ConfigError(text) from error

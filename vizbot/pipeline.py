@@ -99,6 +99,7 @@ class Pipeline:
         self._devices = devices
         self._encoder = encoder
         self.config = config
+        self.require_usable(saved_map)
         self._observers = Observers(observers)
         self._sensors = SensorReader(
             devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
@@ -108,7 +109,6 @@ class Pipeline:
         self._odometer = Odometer()
         self._newest: RGBDFrame | None = None
         self.steps = 0
-        self.require_usable(saved_map)
         self.map = CurrentMap(0, saved_map, config)
         # Once a run, not once a map, and where the frames are embedded: it takes a while.
         background = cache(partial(Background.embedded_by, encoder))

@@ -12,6 +12,7 @@ import struct
 from contextlib import closing
 from pathlib import Path
 
+from drivers.ros_bags import not_read
 from vizbot.core.errors import ConfigError
 
 _SQLITE_MAGIC = b"SQLite format 3\0"
@@ -45,7 +46,8 @@ def check_topics(path: Path) -> None:
     """Check that a `.db3` has colour and depth; a database made to harm may take for ever.
 
     Raises:
-        ConfigError: it is no rosbag2 database, or has no colour or no depth.
+        ConfigError: it is no rosbag2 database or one of other programs, or has no colour or no
+            depth.
     """
     fault = _fault_of_topics(path) if path.suffix.lower() == ".db3" else None
     if fault is not None:
@@ -77,6 +79,8 @@ def _fault_of_topics(path: Path) -> str | None:
             topics = [str(name) for (name,) in rows]
     except (sqlite3.Error, UnicodeError) as error:  # the latter where a name is no text
         return f"not a readable rosbag2 database ({' '.join(str(error).split())[:200]})"
+    if topics and not any(topic.startswith("/device_0/") for topic in topics):
+        raise not_read(path)
     for stream in ("Depth", "Color"):
         if not any(f"/{stream}_0/image/data" in topic for topic in topics):
             return f"no {stream.lower()} images in it"

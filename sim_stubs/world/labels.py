@@ -19,7 +19,7 @@ def read_labels(path: Path) -> dict[str, str]:
         ConfigError: it cannot be read, or a label is empty or no text.
     """
     try:
-        table = tomllib.loads(read_regular(path, _LARGEST).decode())
+        table = tomllib.loads(read_regular(path, _LARGEST).decode("utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
         reason = " ".join(str(error).split())
         raise ConfigError(

@@ -1,8 +1,12 @@
 import os
+from codecs import BOM_UTF8
 from pathlib import Path
 
 import pytest
 
+from mapping.tum import read_trajectory
+from sim_stubs.world.labels import read_labels
+from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import parse_json, read_regular, require_writable, write_whole
 
@@ -96,3 +100,19 @@ def test_json_that_is_nested_too_deep_is_no_json():
     for wrong in (b"", b"\xff", b"{", "{}".encode("utf-16")):
         with pytest.raises(ValueError):
             parse_json(wrong)
+
+
+@pytest.mark.parametrize(
+    ("read", "content"),
+    [
+        (load_config, b"[mount]\nheight = 0.5\n"),
+        (read_labels, b'kettle = "yellow kettle"\n'),
+        (read_trajectory, b"# stamp x y z qx qy qz qw\n1.5 0 0 0 0 0 0 1\n"),
+        (lambda path: parse_json(path.read_bytes()), b'{"model_id": "embedded"}'),
+    ],
+)
+def test_a_byte_order_mark_is_no_part_of_a_text(tmp_path, read, content):
+    plain, marked = tmp_path / "plain", tmp_path / "marked"
+    plain.write_bytes(content)
+    marked.write_bytes(BOM_UTF8 + content)
+    assert str(read(marked)) == str(read(plain))

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.realsense.recording_check import check_header, check_topics
+from drivers.tum_sequence import RecordedSequence
 from vizbot.core.errors import ConfigError
 
 TOPICS = (
@@ -141,3 +142,13 @@ def test_a_bag_cut_in_its_header_is_refused(tmp_path):
     assert "cut short in its header" in refusal(path)
     path.write_bytes(b"#ROSBAG V1.2\n")
     assert "not a rosbag of version 2.0" in refusal(path)
+
+
+def test_a_bag_of_ros_2_is_called_one(tmp_path):
+    topics = ("/camera/color/image_raw", "/camera/aligned_depth_to_color/image_raw")
+    path = write_db3(tmp_path / "bag_0.db3", topics, topics)
+    (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:\n")
+    assert "a ROS 2 bag, which is not read" in refusal(path)
+    for other in (tmp_path, tmp_path / "bag.mcap"):
+        with pytest.raises(ConfigError, match=r"a ROS 2 bag.*; write its images as"):
+            RecordedSequence(other)

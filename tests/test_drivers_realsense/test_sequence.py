@@ -1,6 +1,7 @@
 """Sequences in the layout of the TUM RGB-D benchmark."""
 
 import json
+from codecs import BOM_UTF8
 
 import cv2
 import numpy as np
@@ -291,3 +292,16 @@ def test_the_largest_16_bit_depth_is_a_hole(folder):
         depth = camera.read().depth
     assert (depth[5:9, 5:9] == 0).all()
     assert (depth[10:] == 1.0).all()
+
+
+def test_a_byte_order_mark_before_lists_and_calibration_is_no_part_of_them(folder):
+    for name in ("associations.txt", "camera.json"):
+        path = folder / name
+        path.write_bytes(BOM_UTF8 + path.read_bytes().lstrip(b"# colour, depth\n"))
+    assert stamps_of(folder) == [1.0, 1.5, 2.0]
+
+
+def test_grey_images_count_as_colour(folder):
+    cv2.imwrite(str(folder / "rgb/1.0.png"), np.full((30, 40), 90, np.uint8))
+    with RecordedSequence(folder) as camera:
+        assert (camera.read().rgb == 90).all()

@@ -77,7 +77,7 @@ def updated(config_path: Path | None, found: Calibration) -> str:
         ConfigError: the file is missing, is not TOML, or has a wrong key or value.
     """
     load_config(config_path)
-    text = "" if config_path is None else config_path.read_text(encoding="utf-8")
+    text = "" if config_path is None else config_path.read_text(encoding="utf-8-sig")
     document = tomlkit.parse(text)
     for section, values in _settings(found).items():
         if section == "calibration":  # its date is that of all of it

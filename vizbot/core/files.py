@@ -105,7 +105,7 @@ def parse_json(content: bytes) -> Any:
         ValueError: it is not JSON, or nested deeper.
     """
     try:
-        parsed = json.loads(content.decode())
+        parsed = json.loads(content.decode("utf-8-sig"))
     except RecursionError as error:
         raise ValueError("it is nested too deep") from error
     level = [parsed]

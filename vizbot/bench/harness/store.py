@@ -48,7 +48,7 @@ class Store(Generic[T]):
         self._path = path
         self._lines: list[StoredResult[T]] = []
         adapter = TypeAdapter(kind)
-        text = path.read_text(encoding="utf-8") if path.exists() else ""
+        text = path.read_text(encoding="utf-8-sig") if path.exists() else ""
         for number, line in enumerate(text.splitlines(), start=1):
             try:
                 fields: dict[str, Any] = json.loads(line)

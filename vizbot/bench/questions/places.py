@@ -53,7 +53,7 @@ def read_questions(path: Path) -> tuple[MarkedThing, ...]:
         ConfigError: it cannot be read, or is no list of questions.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         return _Questions.model_validate(content).question
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)

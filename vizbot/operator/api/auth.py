@@ -95,7 +95,7 @@ def _stored() -> str | None:
     try:
         if not path.exists():
             return None
-        token = path.read_text(encoding="utf-8").strip()
+        token = path.read_text(encoding="utf-8-sig").strip()
         path.chmod(0o600)
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"the token {path} cannot be read ({error}); delete it") from error
