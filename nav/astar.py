@@ -16,12 +16,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from nav.costmap import Costmap
 from nav.heap import sift_down, sift_up
 from nav.keep_out import way_out
+from vizbot.core.kernels import njit
 
 ESCAPE_RADIUS = 0.35
 """Distance that a robot too near to an obstacle may drive before it must be clear of it [m]."""

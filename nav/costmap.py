@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from nav.config import CostmapConfig
 from nav.keep_out import forbidden
 from vizbot.core.distance import distance_to_zero
+from vizbot.core.kernels import njit
 from vizbot.core.types import OccupancyGrid
 
 

@@ -8,10 +8,10 @@ them, count as explored.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vizbot.core.geometry import yaw_of
+from vizbot.core.kernels import njit
 from vizbot.core.types import SE3, OccupancyGrid
 
 BLOCKING = 0.55

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from nav.config import CostmapConfig, FrontierConfig, NavigatorConfig, Reach
@@ -18,6 +17,7 @@ from nav.costmap import Costmap
 from nav.explored_area import BLOCKING, ExploredArea
 from nav.navigator import GoalPoints, Navigation, navigate
 from vizbot.core.geometry import yaw_of
+from vizbot.core.kernels import njit
 from vizbot.core.types import SE3, OccupancyGrid
 
 _CELLS_PER_POINT = 3

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from nav.costmap import Costmap
+from vizbot.core.kernels import njit
 
 NO_GOAL = -1
 

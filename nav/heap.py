@@ -6,8 +6,9 @@ Indices are unsigned, which spares the compiled code a test for those that count
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from vizbot.core.kernels import njit
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -9,12 +9,12 @@ up to 8 m of way on 340 x 340 cells, 5 ms to the last of them).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from nav.astar import with_escape
 from nav.costmap import Costmap
 from nav.goal_region import clear_line
+from vizbot.core.kernels import njit
 from vizbot.core.types import OccupancyGrid
 
 _NEAR = 4.0

@@ -26,6 +26,7 @@ from drivers.realsense.sdk import rs
 from drivers.realsense.streams import RealSenseStreams, frame_stamps
 from drivers.realsense.timestamps import FrameStamps
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError, VizbotError
+from vizbot.core.log_records import LogRecords
 from vizbot.core.types import Intrinsics, RGBDFrame
 
 _SLICE = 0.02
@@ -38,8 +39,6 @@ _READING = 2.0
 """Time beyond that for a frame after which the SDK counts as hanging [s]."""
 _MOST_MEMORY = 1_500_000_000
 """[bytes]; a camera's recording takes a tenth of it."""
-_MOST_RECORDS, _LONGEST_LINE = 100, 4000
-"""Log records that are kept between two answers, and their characters."""
 
 T = TypeVar("T")
 
@@ -117,25 +116,6 @@ class RecordingReader:
         )
 
 
-class _LogRecords(logging.Handler):
-    """Keeps log records until they are sent."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._kept: list[logging.LogRecord] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Keep a record, its message formatted; the oldest ones give way."""
-        record.msg, record.args = record.getMessage()[:_LONGEST_LINE], None
-        record.exc_info = record.exc_text = record.stack_info = None
-        self._kept = [*self._kept[-_MOST_RECORDS:], record]
-
-    def take(self) -> list[logging.LogRecord]:
-        """The records since the last call."""
-        taken, self._kept = self._kept, []
-        return taken
-
-
 def main(descriptor: str) -> None:
     """Answer at a socket until its other end is closed.
 
@@ -154,7 +134,7 @@ def main(descriptor: str) -> None:
 
 def _answer(connection: Connection) -> None:
     """Answer until the other end is closed."""
-    records = _LogRecords()
+    records = LogRecords()
     with suppress(EOFError, ConnectionError):
         config, path, level = connection.recv()
         logging.basicConfig(level=level, handlers=[records], force=True)

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from mapping.clip.evidence import NEAR
+from vizbot.core.kernels import njit
 
 FIELDS = 14
 """Numbers that are kept of a place."""

@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from numba import f4, f8, i8, njit, u1, void
+from numba import f4, f8, i8, u1, void
 from numba.types import Array
 from numpy.typing import NDArray
 
 from mapping.occupancy.config import ScanConfig
 from mapping.occupancy.planar_scan import BEARINGS, OBSTACLE, PlanarScan
 from vizbot.core.geometry import yaw_of
+from vizbot.core.kernels import njit
 from vizbot.core.types import SE3, OccupancyGrid
 
 _BLOCK = 64

@@ -11,10 +11,10 @@ import zlib
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from mapping.occupancy.config import ScanConfig
+from vizbot.core.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
 
 BEARINGS = 720

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from mapping.odometry.config import FeatureConfig
+from vizbot.core.kernels import njit
 from vizbot.core.types import RGBDFrame
 
 _CELL = 16

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from vizbot.core.kernels import njit
 from vizbot.core.types import SE3
 
 Matches: TypeAlias = tuple[

@@ -15,7 +15,6 @@ from math import atan, degrees
 from typing import Self
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -25,6 +24,7 @@ from sim_stubs.world.lighting import LAMP, Lighting, lamp_weights
 from sim_stubs.world.visibility import Visibility
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.interrupts import is_interrupt
+from vizbot.core.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
 
 REMEDY = "apt-get install libegl1 libgl1"

@@ -14,12 +14,12 @@ from typing import Self
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.homes.geometry.solids import triangles
+from vizbot.core.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
 
 CELL = 1.0

@@ -65,6 +65,16 @@ for _ in range(2000):
 print(interrupts)
 """
 """Signals that arrive anywhere in the kernel that is called most often."""
+_WITHOUT_A_HOME = """
+import os
+import vizbot
+vizbot.__file__ = "/proc/nowhere/vizbot/__init__.py"
+from pathlib import Path
+import numba
+import nav.explored_area
+folder = Path(os.environ["NUMBA_CACHE_DIR"])
+print(folder, len(list(folder.rglob("*.nbi"))), str(folder) == numba.config.CACHE_DIR)
+"""
 OURS = ("nav", "mapping", "vizbot", "drivers", "sim_stubs")
 
 
@@ -140,3 +150,22 @@ def test_from_an_empty_cache_everything_is_compiled_before_the_first_tick(tmp_pa
     before, during = ran(_PROGRAM, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache"))
     assert before > 15
     assert during == 0
+
+
+def test_an_account_that_can_write_neither_home_nor_installation_compiles_for_one_run(tmp_path):
+    home = {"HOME": "/proc/nowhere", "XDG_CACHE_HOME": "/proc/nowhere", "TMPDIR": str(tmp_path)}
+    kept = {name: each for name, each in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    done = subprocess.run(
+        [sys.executable, "-c", _WITHOUT_A_HOME],
+        cwd=ROOT,
+        env=kept | home,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    folder, count, known = done.stdout.split()
+    assert folder.startswith(str(tmp_path)) and int(count) > 0 and known == "True"
+    [line] = done.stderr.splitlines()
+    assert "neither the installation nor a home can be written" in line
+    assert "NUMBA_CACHE_DIR" in line
+    assert list(tmp_path.iterdir()) == []

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import b1, f8, njit
+from numba import b1, f8
 from numpy.typing import NDArray
+
+from vizbot.core.kernels import njit
 
 
 def is_within(

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sim_stubs.homes.furniture.wavefront import Surface
+from vizbot.core.kernels import njit
 
 _NEIGHBOURS = 24
 """Original corners looked at for the triangle under a new corner: enough for a fan or two."""
