@@ -32,6 +32,9 @@ TESTED_WITH := espeak-ng $(NODE_WITH)
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
+# Where the index of builds without CUDA cannot be reached, pip takes what the package index has.
+WITH_CUDA := It comes with CUDA: 3 GB more to download, 5.8 GB more on disk$(if $(NVIDIA),, though no NVIDIA driver is here: $(CPU_INDEX) cannot be reached. Ctrl-C ends this; try again later or give another index as above)
+
 .PHONY: demo test test-long check install develop lock sbom python system clean
 
 demo: install
@@ -76,11 +79,12 @@ python:
 # NVIDIA's libraries come by version, from the index that PIP_ARGS may name, because their builds differ from
 # index to index. They come last: what else PyTorch needs is there by then, by its hash.
 .venv/installed: pyproject.toml pip.lock requirements.lock torch.lock
-	@echo "Installing vizbot with its simulator into .venv: 0.5 GB to download, 2 GB on disk (for CUDA several GB more), some minutes"
+	@echo "Installing vizbot with its simulator into .venv: 0.5 GB to download, 2 GB on disk, some minutes"
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r pip.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r requirements.lock
-	@echo 'PyTorch $(TORCH_BUILD)'
+	@$(BIN)/python -m pip install --quiet --dry-run --report .venv/torch.json $(PIP_ARGS) -c torch.lock torch >/dev/null
+	@echo 'PyTorch $(TORCH_BUILD)'; if grep -q '"name": "nvidia' .venv/torch.json; then echo '$(WITH_CUDA)'; fi
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c torch.lock torch
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	@touch $@

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
 
 from mapping.map_arrays import FARTHEST, has_places, is_rigid
 from vizbot.core.camera_limits import require_camera
@@ -30,6 +30,8 @@ MOST_HEADER_BYTES = 4 << 20
 _FARTHEST_MOUNT = 100.0
 _Row = tuple[float, float, float, float]
 _Coordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
+_Line = Annotated[str, AfterValidator(lambda text: " ".join(text.split()))]
+"""A text that is printed as a line: what a stranger writes into it makes no second one."""
 _Zone = Annotated[tuple[tuple[_Coordinate, _Coordinate], ...], Field(min_length=3, max_length=1000)]
 
 
@@ -41,8 +43,8 @@ class MapHeader(BaseModel):
     format: str
     schema_version: int
     created: datetime
-    model_id: str = Field(min_length=1, max_length=1000)
-    notice: str | None = Field(default=None, max_length=10_000)
+    model_id: _Line = Field(min_length=1, max_length=1000)
+    notice: _Line | None = Field(default=None, max_length=10_000)
     intrinsics: Intrinsics
     T_base_cam: tuple[_Row, _Row, _Row, _Row]
     grid_resolution: float = Field(ge=0.001, le=10.0)

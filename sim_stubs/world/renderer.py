@@ -28,6 +28,19 @@ from vizbot.core.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
 
 REMEDY = "apt-get install libegl1 libgl1"
+_CHOSEN = {
+    name: os.environ[name] for name in ("MUJOCO_GL", "PYOPENGL_PLATFORM") if os.environ.get(name)
+}
+"""How somebody has other programs render."""
+
+
+def cannot_render(error: object = "") -> DeviceError:
+    """The error where nothing can be rendered, in one line with what to do."""
+    chosen = ", ".join(f"{name}={value}" for name, value in _CHOSEN.items())
+    reason = f" ({' '.join(str(error).split())})" if str(error) else ""
+    how = f" with {chosen}, which is set here" if chosen else ""
+    remedy = f"unset {' '.join(_CHOSEN)}" if chosen else REMEDY
+    return DeviceError(f"cannot render{how}{reason}; {remedy}")
 
 
 def _platform() -> str:
@@ -35,7 +48,7 @@ def _platform() -> str:
         return "egl"
     if ctypes.util.find_library("OSMesa"):
         return "osmesa"
-    raise DeviceError(f"cannot render: no EGL and no OSMesa; {REMEDY}")
+    raise cannot_render("no EGL and no OSMesa")
 
 
 if "MUJOCO_GL" not in os.environ:
@@ -49,9 +62,7 @@ except ModuleNotFoundError as missing:
 except (AttributeError, ImportError, RuntimeError, ctypes.ArgumentError) as missing:
     if is_interrupt(missing):
         raise KeyboardInterrupt from missing
-    raise DeviceError(
-        f"cannot render with MUJOCO_GL={os.environ['MUJOCO_GL']}; {REMEDY}"
-    ) from missing
+    raise cannot_render() from missing
 
 NEAR, FAR = 0.02, 40.0
 """Clipping planes [m]; near is closer than the mast lets any wall come to the lens."""
@@ -107,9 +118,7 @@ class Renderer:
         except Exception as error:  # whatever PyOpenGL and the driver come up with
             if is_interrupt(error):
                 raise KeyboardInterrupt from error
-            raise DeviceError(
-                f"cannot render with MUJOCO_GL={os.environ['MUJOCO_GL']} ({error}); {REMEDY}"
-            ) from error
+            raise cannot_render(error) from error
         # Left to MuJoCo, a forgotten context would free its textures in whichever one is current.
         self._free = weakref.finalize(self, _freed, self._gl, self._context)
         self._free.atexit = False  # EGL may be gone before

@@ -48,10 +48,28 @@ def test_a_finished_row_leaves_no_others_behind(tmp_path):
     assert [json.loads(line)["key"] for line in lines] == ["new"]
 
 
-@pytest.mark.parametrize("line", ["{", '{"key": "k"}', "[]", '{"key":1,"commit":1,"hardware":1}'])
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"{",
+        b'{"key": "k"}',
+        b"[]",
+        b"[1]",
+        b"1",
+        b"1.5",
+        b"null",
+        b"true",
+        b'"key"',
+        b"NaN",
+        b"[" * 5000,
+        b'{"key":1,"commit":1,"hardware":1}',
+        b"\xff\xfe",
+        b"\x00",
+    ],
+)
 def test_a_line_that_is_no_result_is_named(tmp_path, line):
     path = tmp_path / "a.jsonl"
     Store(path, HomeGoals).add("k", "c", "", HomeGoals(1, ()))
-    path.write_text(path.read_text() + line + "\n")
+    path.write_bytes(path.read_bytes() + line + b"\n")
     with pytest.raises(ConfigError, match=r"a\.jsonl, line 2"):
         Store(path, HomeGoals)

@@ -10,6 +10,7 @@ from mapping.map_bundle import load, save
 from sim_stubs.world import renderer
 from tests.fuzz.spoilt_sequences import write_sequence
 from tests.helpers.bundles import bundle_of
+from tests.helpers.checkout import ROOT
 from vizbot import __version__
 from vizbot.cli import app as cli
 from vizbot.core.errors import DeviceError
@@ -332,3 +333,17 @@ def test_an_argument_that_is_not_utf8_is_refused(run, arguments):
 def test_an_error_is_one_line_whatever_it_names(run, tmp_path):
     (tmp_path / "odd.toml").write_text('"a\\nb" = 1')
     assert_one_line(run("dry-run", "sofa", "--config", "odd.toml"), "there is no setting a b;")
+
+
+def test_a_file_of_the_working_folder_stands_for_no_folder_of_ours(tmp_path):
+    for name in ("nav", "mapping", "drivers"):
+        (tmp_path / f"{name}.py").write_text("raise SystemExit('not ours')")
+    done = subprocess.run(
+        [sys.executable, "-m", "vizbot", "dry-run", "sofa", "--world", "nowhere"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1 and "unknown world 'nowhere'" in done.stderr

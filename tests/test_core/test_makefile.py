@@ -108,6 +108,19 @@ def test_the_line_takes_the_build_of_the_index_that_it_names(no_driver, tmp_path
     assert taken.name == f"torch-{pinned}+cpu-py3-none-any.whl"
 
 
+@pytest.mark.parametrize(("report", "warned"), [("nvidia-cublas", True), ("numpy", False)])
+def test_cuda_that_comes_for_want_of_another_index_is_said_before_it_comes(
+    no_driver, tmp_path, report, warned
+):
+    _, line = torch_line(*no_driver)
+    (tmp_path / ".venv").mkdir()
+    (tmp_path / ".venv/torch.json").write_text(f'{{"install": [{{"name": "{report}"}}]}}')
+    said = subprocess.run(
+        ["sh", "-c", line], cwd=tmp_path, capture_output=True, text=True, check=True
+    ).stdout
+    assert ("5.8 GB" in said and f"{CPU_INDEX} cannot be reached" in said) == warned
+
+
 def locked(name):
     """Lines of a lock that name a package: `name==version`, and a marker where there is one."""
     lines = (ROOT / name).read_text().splitlines()

@@ -74,6 +74,13 @@ def test_a_map_says_in_words_what_made_it(tmp_path, capsys):
     assert notice in capsys.readouterr().err
 
 
+def test_a_notice_with_several_lines_is_read_as_one(tmp_path):
+    save(
+        replace(bundle_of(), notice="vizbot: all is well\n\tthe map was checked"), tmp_path / "home"
+    )
+    assert load(tmp_path / "home").notice == "vizbot: all is well the map was checked"
+
+
 def test_a_map_of_schema_2_still_loads_with_or_without_a_notice(tmp_path):
     bundle = bundle_of()
     save(bundle, tmp_path / "home")

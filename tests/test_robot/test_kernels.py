@@ -11,6 +11,7 @@ from numba.core.dispatcher import Dispatcher
 
 from tests.helpers.checkout import ROOT
 from vizbot.config import Config
+from vizbot.core import kernel_folder
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
 
@@ -169,3 +170,18 @@ def test_an_account_that_can_write_neither_home_nor_installation_compiles_for_on
     assert "neither the installation nor a home can be written" in line
     assert "NUMBA_CACHE_DIR" in line
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_without_compiled_kernels_says_what_takes_its_first_minutes(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert kernel_folder.is_empty()
+    (tmp_path / "nav_1").mkdir()
+    (tmp_path / "nav_1/costmap.inflate-8.py311.nbi").touch()
+    assert not kernel_folder.is_empty()
+
+
+def test_kernels_of_an_installation_in_use_are_found(monkeypatch):
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    import nav.costmap  # noqa: F401  compiles them where they are not
+
+    assert not kernel_folder.is_empty()

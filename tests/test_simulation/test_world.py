@@ -1,3 +1,6 @@
+import os
+import subprocess
+import sys
 from math import pi
 
 import numpy as np
@@ -12,6 +15,7 @@ from sim_stubs.world.body import Contacts
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import World
 from sim_stubs.world.world_name import open_world
+from tests.helpers.checkout import ROOT
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.geometry import back_project, planar, transform, yaw_of
 
@@ -250,6 +254,28 @@ def test_a_world_that_nobody_closed_spoils_no_other():
 def test_a_machine_without_opengl_is_told_what_to_install(monkeypatch):
     from sim_stubs.world import renderer
 
+    monkeypatch.setattr(renderer, "_CHOSEN", {})
     monkeypatch.setattr(renderer.ctypes.util, "find_library", lambda name: None)
     with pytest.raises(DeviceError, match="apt-get install libegl1 libgl1"):
         renderer._platform()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("MUJOCO_GL", "glfw"), ("MUJOCO_GL", "osmesa"), ("PYOPENGL_PLATFORM", "osmesa")],
+)
+def test_a_variable_that_makes_rendering_fail_is_named_to_be_unset(tmp_path, name, value):
+    command = [sys.executable, "-m", "vizbot", "stub", "realsense", "--world", "3"]
+    unset = {key: each for key, each in os.environ.items() if "GL" not in key}
+    done = subprocess.run(
+        [*command, "--out", "home.db3", "--seconds", "0.1"],
+        env=unset | {name: value, "PYTHONPATH": str(ROOT)},
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode == 0:
+        pytest.skip(f"this machine renders with {name}={value}")
+    line = done.stderr.splitlines()[-1]
+    assert f"with {name}={value}, which is set here" in line and line.endswith(f"unset {name}")

@@ -6,12 +6,12 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from pydantic import TypeAdapter
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
+from vizbot.core.files import parse_json, write_whole
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -48,10 +48,12 @@ class Store(Generic[T]):
         self._path = path
         self._lines: list[StoredResult[T]] = []
         adapter = TypeAdapter(kind)
-        text = path.read_text(encoding="utf-8-sig") if path.exists() else ""
-        for number, line in enumerate(text.splitlines(), start=1):
+        content = path.read_bytes() if path.exists() else b""
+        for number, line in enumerate(content.splitlines(), start=1):
             try:
-                fields: dict[str, Any] = json.loads(line)
+                fields = parse_json(line)
+                if not isinstance(fields, dict):
+                    raise TypeError(f"{type(fields).__name__} is no object")
                 key, commit, hardware = (fields.pop(k) for k in ("key", "commit", "hardware"))
                 self._lines.append(
                     StoredResult(key, commit, hardware, adapter.validate_python(fields))
