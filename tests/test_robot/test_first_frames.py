@@ -105,6 +105,22 @@ def test_a_bed_before_a_robot_at_rest_is_not_taken_for_the_floor(caplog):
     assert said(caplog, [room(height=0.25, stamp=1.5 + index / 30) for index in range(700)]) == []
 
 
+@pytest.mark.parametrize(
+    ("force", "warned"),
+    [
+        ((0.0, -9.8, 0.0), False),
+        ((0.0, -8.0, -5.5), False),
+        ((0.0, 9.8, 0.0), True),
+        ((9.8, 0.0, 0.0), True),
+    ],
+)
+def test_a_camera_that_is_not_upright_is_a_warning(caplog, force, warned):
+    none = ImuSamples.none()
+    imu = replace(none, accel=np.array([force, force]), accel_stamps=np.array([7.4, 7.45]))
+    lines = said(caplog, [replace(frame, imu=imu) for frame in course()[:3]])
+    assert any("upside down" in line for line in lines) == warned
+
+
 @pytest.mark.skipif(not OFFICE_WALK.exists(), reason="the office recording is not here")
 def test_the_office_walk_gives_no_warning(caplog):
     with RecordedSequence(OFFICE_WALK) as camera:

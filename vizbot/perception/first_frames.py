@@ -26,6 +26,8 @@ _FARTHEST_OFF_CENTRE = 0.15
 """Of the principal point, in widths and heights of the image."""
 _NEAREST_DEPTH, _LEAST_USABLE = 0.2, 0.7
 """Depth that a camera measures begins there [m]; least share of depth up to `FARTHEST_DEPTH`."""
+_UPRIGHT = 0.5
+"""Least share of gravity along an upright image; a camera that is tilted by 60 degrees has it."""
 _HEIGHTS = 0.4, 2.0
 """Of a camera without a base, above the floor [m]."""
 _OFF_MOUNT, _AGREEING = 0.2, 0.05
@@ -41,6 +43,7 @@ class FirstFrames:
         """`T_base_cam` is where the camera sits by the settings; None where that is not known."""
         self._height = None if T_base_cam is None else float(T_base_cam[2, 3])
         self._frames = 0
+        self._stands = False
         self._stamps: list[float] = []
         self._usable: list[float] = []
         self._heights: list[float] = []
@@ -64,6 +67,9 @@ class FirstFrames:
     def _look(self, frame: RGBDFrame) -> None:
         if self._frames == 0:
             _judge_centre(frame.intrinsics)
+        if not self._stands and len(frame.imu.accel):
+            self._stands = True
+            _judge_upright(frame.imu.accel)
         if self._frames < _FRAMES:
             self._stamps.append(frame.stamp)
         if self._frames % _EVERY == 0:
@@ -152,4 +158,13 @@ def _judge_centre(camera: Intrinsics) -> None:
             camera.cy,
             width,
             height,
+        )
+
+
+def _judge_upright(accel: NDArray[np.float64]) -> None:
+    """Warn by the specific force (K, 3) in `cam` [m/s^2], whose y points down in the image."""
+    force = np.median(accel, axis=0)
+    if -force[1] < _UPRIGHT * float(np.linalg.norm(force)):
+        log.warning(
+            "the camera is mounted upside down or on its side, which is not supported: turn it"
         )
