@@ -26,6 +26,7 @@ from drivers.realsense.sdk import rs
 from drivers.realsense.streams import RealSenseStreams, frame_stamps
 from drivers.realsense.timestamps import FrameStamps
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError, VizbotError
+from vizbot.core.interpreter import end_when_left
 from vizbot.core.log_records import LogRecords
 from vizbot.core.types import Intrinsics, RGBDFrame
 
@@ -122,6 +123,7 @@ def main(descriptor: str) -> None:
     Args:
         descriptor: Its number.
     """
+    end_when_left(int(descriptor))
     resource.setrlimit(resource.RLIMIT_DATA, (_MOST_MEMORY, _MOST_MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     # It ends this process from within the SDK, too, which may hold the interpreter lock for ever.

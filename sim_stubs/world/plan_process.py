@@ -13,6 +13,7 @@ import sys
 from typing import TYPE_CHECKING, Any, Self
 
 from sim_stubs.world.body import Outline
+from vizbot.core.interpreter import end_when_left
 
 if TYPE_CHECKING:  # its module loads what the other process is there for
     from sim_stubs.world.world_plan import HouseShape, WorldPlan
@@ -105,7 +106,11 @@ class PlanProcess:
 
 
 def main() -> None:
-    """Write plan and shape of the world that standard input asks for to standard output."""
+    """Write plan and shape of the world that standard input asks for to standard output.
+
+    It ends with whoever reads that.
+    """
+    end_when_left(sys.stdout.fileno())
     from sim_stubs.world.world_name import plan_world, shape_of
 
     asked, outline = pickle.load(sys.stdin.buffer)

@@ -1,8 +1,11 @@
-"""Command lines of programs of ours that run in an interpreter of their own."""
+"""Programs of ours that run in an interpreter of their own: their command lines and their end."""
 
 from __future__ import annotations
 
+import os
+import select
 import sys
+import threading
 from pathlib import Path
 
 import vizbot
@@ -28,3 +31,18 @@ def interpreter_command(module: str, *arguments: str, packages: bool = True) -> 
     )
     flags = ["-P"] if packages else ["-I", "-S"]
     return [sys.executable, *flags, "-c", program, *arguments]
+
+
+def end_when_left(descriptor: int) -> None:
+    """End this process as soon as nobody holds the other end of a pipe or socket of it.
+
+    Whoever has started it is gone then, in whatever way.
+    """
+    other_end = select.poll()
+    other_end.register(descriptor, 0)  # that it hangs up is always told
+
+    def wait() -> None:
+        other_end.poll()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()

@@ -24,6 +24,7 @@ from rich.live import Live
 from rich.text import Text
 
 from vizbot.core.errors import VizbotError
+from vizbot.core.interpreter import end_when_left
 
 J = TypeVar("J")
 R = TypeVar("R")
@@ -107,8 +108,10 @@ def _in_new_process(work: Callable[[J], R], job: J) -> R:
 
 
 def _begin() -> None:
-    """Set up a process: Ctrl+C interrupts only the parent, and OpenCV gets one thread."""
+    """Set up a process: it ends with its parent, which alone is interrupted by Ctrl+C."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if (parent := multiprocessing.parent_process()) is not None:
+        end_when_left(parent.sentinel)
     cv2.setNumThreads(1)
     # What befalls simulated devices is in the results, and not between the lines of progress.
     logging.getLogger().addHandler(logging.NullHandler())

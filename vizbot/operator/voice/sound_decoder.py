@@ -16,6 +16,7 @@ from itertools import chain
 
 import av
 
+from vizbot.core.interpreter import end_when_left
 from vizbot.operator.voice.sound_container import CODECS, SoundContainer, is_whole
 
 RATE = 16000
@@ -48,6 +49,7 @@ def main(container: str, longest: str) -> None:
         container: What it is in, a `SoundContainer`.
         longest: Length that is decoded at most [s].
     """
+    end_when_left(sys.stdout.fileno())
     content = sys.stdin.buffer.read()
     _decoded(_SILENCE, SoundContainer.WAV, 1.0)  # imports what PyAV imports on use
     confine()
