@@ -17,7 +17,7 @@ from pathlib import Path
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.world.world_spec import MJCF, require_world
 from vizbot.core.errors import ConfigError, VizbotError
-from vizbot.core.interpreter import interpreter_command
+from vizbot.core.interpreter import end_when_left, interpreter_command
 from vizbot.core.log_records import LogRecords
 
 _PROCESSOR, _MEMORY = 20, 2_000_000_000
@@ -81,6 +81,7 @@ def read_world(
 def main() -> None:
     """Read the world that standard input asks for; log records and it go to standard output."""
     path, labels, start, level, (processor, memory) = pickle.load(sys.stdin.buffer)
+    end_when_left(sys.stdout.fileno())
     resource.setrlimit(resource.RLIMIT_CPU, (processor, processor + 1))
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

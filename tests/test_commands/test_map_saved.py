@@ -58,6 +58,13 @@ def test_a_saved_map_is_meant_by_its_name_wherever_a_folder_is_taken(run, maps, 
     for form in ("tum", "ply"):
         given = ("map", "export", "home five", "--format", form, "--out", f"home.{form}")
         assert run(*given) == (0, f"home.{form}\n", "")
+        written = (tmp_path / f"home.{form}").read_bytes()
+        (tmp_path / f"home.{form}").write_text("notes")
+        refused = f"home.{form} is there already; give another file by --out, or add --force"
+        assert run(*given) == (1, "", f"vizbot: {refused}\n")
+        assert (tmp_path / f"home.{form}").read_text() == "notes"
+        assert run(*given, "--force") == (0, f"home.{form}\n", "")
+        assert (tmp_path / f"home.{form}").read_bytes() == written
     (maps / "home five").rename(maps / ".home five.previous")  # killed while it was replaced
     assert run("map", "info", "home five")[:2] == (0, out)
     plan = plan_run(RunOptions(map_folder=Path("home"), out=tmp_path / "run"))
@@ -132,3 +139,15 @@ def test_a_map_that_is_not_there_is_named_with_those_that_are(run, maps):
         code, _, err = run("map", *command)
         assert code == 1
         assert "there is no saved map 'attic'; those that there are: 'home'" in err
+
+
+@pytest.mark.parametrize("command", [("dry-run", "sofa"), ("launch", "--force")])
+def test_a_map_of_nearly_the_largest_size_is_refused_before_anything_is_opened(
+    run, maps, tmp_path, monkeypatch, command
+):
+    monkeypatch.setattr(map_bundle, "MOST_BYTES", map_bundle.GROWTH)
+    code, out, err = run(*command, "--map", "home", "--out", "run")
+    assert (code, out) == (1, "") and not (tmp_path / "run").exists()
+    [line] = err.splitlines()
+    assert line.startswith(f"vizbot: the map {maps / 'home'} has 0 MB, and with more than 100 MB")
+    assert run("map", "info", "home")[0] == 0

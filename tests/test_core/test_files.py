@@ -1,4 +1,5 @@
 import os
+import resource
 from codecs import BOM_UTF8
 from pathlib import Path
 
@@ -8,7 +9,14 @@ from mapping.tum import read_trajectory
 from sim_stubs.world.labels import read_labels
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import parse_json, read_regular, require_writable, write_whole
+from vizbot.core.files import (
+    GrowingFile,
+    parse_json,
+    read_regular,
+    require_new,
+    require_writable,
+    write_whole,
+)
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
@@ -116,3 +124,40 @@ def test_a_byte_order_mark_is_no_part_of_a_text(tmp_path, read, content):
     plain.write_bytes(content)
     marked.write_bytes(BOM_UTF8 + content)
     assert str(read(marked)) == str(read(plain))
+
+
+def test_a_file_that_is_there_is_written_only_where_it_is_to_be_replaced(tmp_path):
+    path, dangling = tmp_path / "there", tmp_path / "dangling"
+    path.write_bytes(b"old")
+    dangling.symlink_to(tmp_path / "nowhere")
+    for each in (path, dangling):
+        with pytest.raises(ConfigError, match=f"{each} is there already; .* add --force"):
+            require_new(each, replace=False)
+        require_new(each, replace=True)
+    require_new(tmp_path / "new", replace=False)
+    assert path.read_bytes() == b"old" and not (tmp_path / "new").exists()
+
+
+@pytest.fixture
+def largest_file():
+    """Sets how large a file of this process may be; what is more is cut, as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_lines_that_no_disk_takes_wait_until_it_does(tmp_path, largest_file, caplog):
+    path = tmp_path / "lines"
+    growing = GrowingFile(path, "a\n")
+    growing.add("bb\n")
+    assert path.read_text() == "a\nbb\n"  # at once: a killed program loses none
+    largest_file(7)
+    for line in ("ccc\n", "dddd\n", "eeeee\n"):
+        growing.add(line)
+    assert path.read_text().startswith("a\nbb\n") and len(path.read_text()) <= 7
+    assert caplog.text.count("lacks lines: File too large; the run goes on") == 1
+    largest_file(1000)
+    growing.add("f\n")
+    assert path.read_text() == "a\nbb\nccc\ndddd\neeeee\nf\n"
+    growing.close()
+    growing.close()

@@ -47,11 +47,12 @@ def map_export(
         str, typer.Option("--format", help="ply (coloured cloud) or tum (trajectory).")
     ],
     out: Annotated[Path, typer.Option(help="File to write.")],
+    force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:
     """Export a map for other programs."""
     from vizbot.commands.map import export
 
-    export(folder, form, out)
+    export(folder, form, out, force=force)
 
 
 @map_app.command("info", epilog="Example: vizbot map info office")

@@ -19,7 +19,7 @@ from mapping.tum import read_trajectory, write_trajectory
 from vizbot.commands.config.discovery import load_settings
 from vizbot.commands.options import MapBuildOptions, MapQueryOptions
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import require_writable
+from vizbot.core.files import require_new
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.language.command import HowMany
@@ -150,17 +150,23 @@ def query(options: MapQueryOptions) -> None:
         echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   {score} {place.score:.3f}{counts}")
 
 
-def export(folder: Path, form: str, out: Path) -> None:
+def export(folder: Path, form: str, out: Path, *, force: bool) -> None:
     """Write the coloured cloud as PLY, or the final camera trajectory in TUM's format.
 
+    Args:
+        folder: Of the map.
+        form: `ply` or `tum`.
+        out: File to write.
+        force: Replace a file that is there.
+
     Raises:
-        VizbotError: the map cannot be read, the format is unknown, or the file cannot be written
-            or would lie in a map's folder.
+        VizbotError: the map cannot be read, the format is unknown, or the file is there, cannot be
+            written or would lie in a map's folder.
     """
     if form not in ("ply", "tum"):
         raise ConfigError(f"unknown format {form!r}; use ply or tum")
     map_bundle.require_outside_maps(out)
-    require_writable(out)
+    require_new(out, replace=force)
     bundle = map_bundle.load(find_map(folder))
     if form == "ply":
         from mapping.ply import write_ply

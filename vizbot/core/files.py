@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import logging
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -12,8 +13,11 @@ from pathlib import Path
 from stat import S_IMODE, S_ISREG
 from tempfile import TemporaryFile
 from typing import Any
+from weakref import finalize
 
 from vizbot.core.errors import ConfigError
+
+log = logging.getLogger(__name__)
 
 _DEEPEST = 16
 """Most levels of lists and tables in a JSON file."""
@@ -43,6 +47,56 @@ def require_writable(path: Path) -> None:
     """
     with _partial(path):
         pass
+
+
+def require_new(path: Path, *, replace: bool) -> None:
+    """Refuse a file that a person names to be written where there is one, unless it is replaced.
+
+    Raises:
+        ConfigError: it is there, whatever it is, or cannot be written.
+    """
+    if not replace and os.path.lexists(path):
+        raise ConfigError(f"{path} is there already; give another file by --out, or add --force")
+    require_writable(path)
+
+
+class GrowingFile:
+    """A text file that gets whole lines while a run goes on; a killed program loses none of them.
+
+    Lines that cannot be written, as on a full disk, wait for the next ones; nothing is raised.
+
+    Attributes:
+        close: Ends the file; twice is fine.
+    """
+
+    def __init__(self, path: Path, heading: str) -> None:
+        """Begin a file with its first line.
+
+        Raises:
+            OSError: the file cannot be made.
+        """
+        self._path = path
+        self._descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        self.close = finalize(self, os.close, self._descriptor)
+        self._size, self._waiting, self._fails = 0, b"", False
+        self.add(heading)
+
+    def add(self, lines: str) -> None:
+        """Write lines, each with its end."""
+        self._waiting += lines.encode()
+        written = 0
+        try:
+            while written < len(self._waiting):  # a disk that becomes full takes a part at first
+                rest = self._waiting[written:]
+                written += os.pwrite(self._descriptor, rest, self._size + written)
+            self._fails = False
+        except OSError as error:
+            if not self._fails:
+                log.warning("%s lacks lines: %s; the run goes on", self._path, error.strerror)
+            self._fails = True
+        whole = self._waiting.rfind(b"\n", 0, written) + 1  # part of a line is written again
+        self._size += whole
+        self._waiting = self._waiting[whole:]
 
 
 def require_folder(folder: Path, room: int = 0) -> None:

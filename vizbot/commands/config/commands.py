@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 
 from vizbot.commands.config.discovery import load_settings, settings_file
 from vizbot.commands.config.settings_page import settings_page
 from vizbot.commands.config.settings_table import all_tables
 from vizbot.config import Config, settings_toml
-from vizbot.core.errors import ConfigError
-from vizbot.core.files import write_whole
+from vizbot.core.files import require_new, write_whole
 from vizbot.operator.printing import echo
 
 
@@ -26,8 +24,7 @@ def init(out: Path, *, every: bool, force: bool) -> None:
     Raises:
         ConfigError: the file is there, or cannot be written.
     """
-    if not force and os.path.lexists(out):
-        raise ConfigError(f"{out} is there already; give another file by --out, or add --force")
+    require_new(out, replace=force)
     from vizbot.commands.config.robot_file import robot_file, seen_devices
 
     devices = seen_devices()
