@@ -31,6 +31,8 @@ MOST_PLACES = 1024
 """Longest edge of the part of the plan whose places were seen [places]."""
 MOST_BYTES = 1 << 30
 """Largest file: some 16 000 steps of driving."""
+GROWTH = 100_000_000
+"""Room that a map needs where a robot goes on in it [bytes]: ten minutes or more of driving."""
 
 _MOST_HEADER_BYTES = 1 << 20
 _ROTATION_TOLERANCE = 1e-4

@@ -35,6 +35,7 @@ from mapping.keyframes.anchors import (
     poses_in_map,
 )
 from mapping.map_arrays import (
+    GROWTH,
     MOST_BYTES,
     read_array,
     read_arrays,
@@ -213,6 +214,21 @@ def require_savable(folder: Path, *, replace: bool) -> None:
         raise _unwritable(folder, error) from error
 
 
+def require_growable(folder: Path) -> None:
+    """Reject a map that a robot could not go on in for long: soon it would be too large to save.
+
+    Raises:
+        MapError: there is no map, its header is damaged, or it has nearly the size of the largest.
+    """
+    size = read_header(readable_folder(folder)).tensors_size
+    if size > MOST_BYTES - GROWTH:
+        raise MapError(
+            f"the map {folder} has {size // 1_000_000} MB, and with more than"
+            f" {MOST_BYTES // 1_000_000} MB it could not be saved: begin a new one, which a robot"
+            " can go on in; `vizbot map query` still asks this one"
+        )
+
+
 def _unwritable(folder: Path, error: OSError) -> MapError:
     return MapError(f"cannot save the map {folder}: {error.strerror}; give another folder for it")
 
@@ -245,6 +261,12 @@ def save(bundle: MapBundle, folder: Path) -> None:
             f"the map {folder} is not saved, since it could not be loaded again ({fault}): look at"
             " the camera's calibration, depth and stamps, and begin a new map"
         ) from error
+    for written, most in ((tensors, MOST_BYTES), (header, MOST_HEADER_BYTES)):
+        if len(written) > most:
+            raise MapError(
+                f"the map {folder} is not saved, it has {len(written)} bytes, more than {most}:"
+                " begin a new map"
+            )
     partial = folder.with_name(f".{folder.name}.partial")
     previous = previous_folder(folder)
     try:
@@ -390,11 +412,7 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
         tensors_size=len(tensors),
         tensors_sha256=hashlib.sha256(tensors).hexdigest(),
     )
-    content = header.content()
-    for written, most in ((tensors, MOST_BYTES), (content, MOST_HEADER_BYTES)):
-        if len(written) > most:
-            raise ValueError(f"it has {len(written)} bytes, more than {most}")
-    return content, tensors
+    return header.content(), tensors
 
 
 def _statistics(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[np.float32] | None:

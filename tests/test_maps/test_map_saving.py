@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from mapping import map_bundle
-from mapping.map_bundle import load, require_map_folder, require_savable, save
+from mapping.map_bundle import (
+    load,
+    require_growable,
+    require_map_folder,
+    require_savable,
+    save,
+)
+from mapping.map_header import TENSORS
 from tests.helpers.bundles import (
     assert_same,
     bundle_of,
@@ -167,3 +174,14 @@ def test_of_a_map_whose_replacement_was_cut_off_the_one_before_loads(tmp_path, c
     assert "the map before is read" in caplog.text
     save(bundle_of(2), tmp_path / "home")
     assert names_in(tmp_path) == ["home"]
+
+
+def test_a_robot_goes_on_in_a_map_only_if_it_may_grow_by_100_megabytes(tmp_path, monkeypatch):
+    save(bundle_of(), tmp_path / "home")
+    size = (tmp_path / "home" / TENSORS).stat().st_size
+    monkeypatch.setattr(map_bundle, "MOST_BYTES", size + 100_000_000)
+    require_growable(tmp_path / "home")
+    monkeypatch.setattr(map_bundle, "MOST_BYTES", size + 99_999_999)
+    with pytest.raises(MapError, match="could not be saved: begin a new one") as error:
+        require_growable(tmp_path / "home")
+    assert "\n" not in str(error.value)

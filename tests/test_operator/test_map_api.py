@@ -237,6 +237,35 @@ def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(robot, http):
     assert http.get("/maps").json()["names"] == []
 
 
+def test_a_map_that_cannot_be_saved_is_asked_for_once_more_and_left_then(
+    robot, http, monkeypatch, tmp_path
+):
+    robot.start()
+    http.put("/map/keep-out", json={"zones": [SQUARE]})
+    monkeypatch.setattr(map_bundle, "MOST_BYTES", 1000)
+    number = robot.pipeline.map.number
+    refused = http.post("/map/new")
+    assert refused.status_code == 409 and robot.pipeline.map.number == number
+    assert "more than 1000: begin a new map; or ask once more" in refused.json()["detail"]
+    assert http.post("/map/new").json() == {"left": None}
+    assert robot.pipeline.map.number == number + 1
+    assert "could not be saved is given up" in robot.session.log.lines()[-2].text
+    http.put("/map/keep-out", json={"zones": [SQUARE]})
+    assert http.post("/map/new").status_code == 409  # another map, which nobody was asked about
+    monkeypatch.undo()
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    assert http.post("/map/new").json()["left"] is not None  # it can be saved again
+
+
+def test_a_map_that_has_nearly_the_largest_size_is_not_gone_on_in(robot, http, monkeypatch):
+    robot.start()
+    http.put("/maps/home", json={}).raise_for_status()
+    monkeypatch.setattr(map_bundle, "MOST_BYTES", map_bundle.GROWTH)
+    refused = http.post("/maps/home/begin")
+    assert refused.status_code == 409 and "begin a new one" in refused.json()["detail"]
+    assert robot.pipeline.map.saved is None
+
+
 def test_maps_are_not_changed_under_a_robot_that_has_something_to_do(robot, http, monkeypatch):
     monkeypatch.setattr(BeliefSearch, "go", lambda *_: Decision(STOP, "thinking"))
     robot.start()

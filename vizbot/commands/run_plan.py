@@ -153,6 +153,7 @@ def _loaded(given: Path) -> tuple[MapBundle, Path]:
     from vizbot.operator.session.saved_maps import find_map
 
     folder = find_map(given)
+    map_bundle.require_growable(folder)
     return map_bundle.load(folder), folder
 
 

@@ -398,4 +398,5 @@ class LeftMap(BaseModel):
     model_config = _DESCRIBED
 
     left: str | None
-    """The name under which the map that was left is saved; null where it held too little."""
+    """The name under which the map that was left is saved; null where it held too little,
+    or could not be saved."""

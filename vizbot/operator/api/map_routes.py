@@ -126,6 +126,7 @@ def map_router(live_map: LiveMap) -> APIRouter:
     def begin_saved(name: str) -> LeftMap:
         """Leave the map, which is saved, and go on in another saved one.
 
+        A map that cannot be saved is refused once (409), and lost where this is asked once more.
         Positions in the run's folder refer to the axes of the new map from then on.
         """
         with http_errors():
@@ -154,7 +155,10 @@ def map_router(live_map: LiveMap) -> APIRouter:
 
     @router.post("/map/new", tags=["saved maps"], summary="Change to an empty map", responses=_BUSY)
     def begin_empty() -> LeftMap:
-        """Leave the map, which is saved, and begin an empty one."""
+        """Leave the map, which is saved, and begin an empty one.
+
+        A map that cannot be saved is refused once (409), and lost where this is asked once more.
+        """
         with http_errors():
             return LeftMap(left=live_map.begin(None))
 

@@ -58,6 +58,7 @@ class LiveMap:
         self._rooms = RoomAreas()
         self._saving = threading.Lock()
         self._used: MapUse | None = None
+        self._unsaved: int | None = None  # map of the run that somebody was told cannot be saved
         if session.begun_in is not None:
             self._use(self.saved.name_of(session.begun_in))
 
@@ -217,21 +218,27 @@ class LiveMap:
     def begin(self, name: str | None) -> str | None:
         """Have the robot leave its map for a saved one, or with None for an empty one.
 
+        A map that cannot be saved is left, and lost, when that is asked for once more.
+
         Returns:
             The name under which the map that it left is saved; None where that map has one
-            keyframe at most and no zones.
+            keyframe at most and no zones, or cannot be saved.
 
         Raises:
             ConfigError: the name cannot be one, the robot has a task, or somebody drives.
-            MapError: there is no such map, or the robot cannot use it.
+            MapError: there is no such map, the robot cannot use it, or the map that it is in cannot
+                be saved and this is asked for the first time since then.
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
-        saved = None if name is None else map_bundle.load(self.saved.path(name))
+        saved = None
+        if name is not None:
+            map_bundle.require_growable(self.saved.path(name))
+            saved = map_bundle.load(self.saved.path(name))
 
-        def leave(pipeline: Pipeline) -> MapBundle | None:
+        def leave(pipeline: Pipeline) -> tuple[MapBundle | None, int]:
             self._require_idle()
             pipeline.require_usable(saved)
-            return pipeline.bundle()
+            return pipeline.bundle(), pipeline.map.number
 
         def begin(pipeline: Pipeline) -> None:
             self._require_idle()
@@ -240,11 +247,9 @@ class LiveMap:
             begun = "a new map begins" if name is None else f"goes on in {name!r}"
             self._session.log.write("map", f"{begun}; keep-out zones: {len(pipeline.keep_out)}")
 
-        left, left_as = self._session.jobs.wait_for(leave), None
+        (left, number), left_as = self._session.jobs.wait_for(leave), None
         if left is not None and (len(left.keyframes.ids) > 1 or left.keep_out):
-            left_as = f"left {datetime.now():%Y-%m-%d %H-%M-%S-%f}"
-            with self._saving:
-                self._save_bundle(left, self.saved.path(left_as))
+            left_as = self._keep_left(left, number)
         self._session.jobs.wait_for(begin)
         with self._saving:
             self._use(name)
@@ -307,6 +312,30 @@ class LiveMap:
             raise ConfigError("the robot has something to do; stop it before it changes maps")
         if (who := self._session.lease.holder) is not None:
             raise ConfigError(f"{who} drives by hand; the wheel must be given back first")
+
+    def _keep_left(self, left: MapBundle, number: int) -> str | None:
+        """The name under which a map that is left is saved; None where it is given up.
+
+        Args:
+            left: The map.
+            number: Which map of the run it is.
+
+        Raises:
+            MapError: it cannot be saved, and nobody knows that yet.
+        """
+        name = f"left {datetime.now():%Y-%m-%d %H-%M-%S-%f}"
+        try:
+            with self._saving:
+                self._save_bundle(left, self.saved.path(name))
+        except MapError as error:
+            if self._unsaved != number:
+                self._unsaved = number
+                raise MapError(
+                    f"{error}; or ask once more to leave this map, which is lost then"
+                ) from error
+            self._session.log.write("map", "the map that could not be saved is given up")
+            return None
+        return name
 
     def _save_bundle(self, bundle: MapBundle, path: Path) -> None:
         try:
