@@ -15,6 +15,9 @@ from vizbot.core.camera_limits import is_stamp
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import from_quat_xyzw, to_quat_xyzw
+from vizbot.core.types import SE3
+
+HEADING = "# timestamp tx ty tz qx qy qz qw\n"
 
 _MOST_BYTES = 64 << 20
 """Largest file: some days of frames."""
@@ -22,6 +25,8 @@ _FARTHEST = 1e8
 """Largest coordinate [m]: of places on Earth even geocentric ones are less than a tenth."""
 _NORMS = 1e-6, 1e6
 """Norms of what counts as a quaternion that is not normalised."""
+_UNIT_TOLERANCE = 1e-3
+"""Of the norm of a quaternion that nothing has cut short."""
 
 
 def write_trajectory(
@@ -32,17 +37,21 @@ def write_trajectory(
     Raises:
         ConfigError: the file cannot be written.
     """
-    lines = ["# timestamp tx ty tz qx qy qz qw\n"]
-    for stamp, T_map_cam in zip(stamps, Ts_map_cam, strict=True):
-        numbers = np.round((*T_map_cam[:3, 3], *to_quat_xyzw(T_map_cam)), 6) + 0.0
-        lines.append(f"{stamp:.6f} " + " ".join(f"{number:.6f}" for number in numbers) + "\n")
+    lines = [HEADING, *map(pose_line, stamps, Ts_map_cam)]
     write_whole(path, "".join(lines).encode("ascii"))
+
+
+def pose_line(stamp: float, T_map_cam: SE3) -> str:
+    """The line of a pose at a stamp [s], with its end."""
+    numbers = np.round((*T_map_cam[:3, 3], *to_quat_xyzw(T_map_cam)), 6) + 0.0
+    return f"{stamp:.6f} " + " ".join(f"{number:.6f}" for number in numbers) + "\n"
 
 
 def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Read stamps (N,) [s] and poses (N, 4, 4), sorted by stamp.
 
-    Empty lines and `#` comments are skipped.
+    Empty lines and `#` comments are skipped, and after other poses a last line that a killed
+    program has left without its end, unless it is a pose of unit length all the same.
 
     Raises:
         ConfigError: the file is missing or a line is not a stamp and a pose.
@@ -53,13 +62,17 @@ def read_trajectory(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64
         raise ConfigError(f"{path}: not readable as a TUM trajectory ({error})") from error
     stamps: list[float] = []
     Ts_map_cam: list[NDArray[np.float64]] = []
-    for number, line in enumerate(text.splitlines(), 1):
+    lines = text.splitlines()
+    for number, line in enumerate(lines, 1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         try:
             row = np.array([float(word) for word in line.split()])
         except ValueError:
             row = np.zeros(0)
+        is_cut = bool(stamps) and number == len(lines) and not text.endswith("\n")
+        if is_cut and (len(row) != 8 or abs(hypot(*row[4:]) - 1.0) > _UNIT_TOLERANCE):
+            continue
         if len(row) != 8 or not _is_stamped_pose(row):
             raise ConfigError(
                 f"{path}, line {number}: {line.strip()[:60]!r} is not a pose;"

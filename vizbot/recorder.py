@@ -1,4 +1,4 @@
-"""The run's folder: configuration, trajectory, commands, map and metrics, each written whole."""
+"""The run's folder: configuration, trajectory, commands, map and metrics."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import math
 import os
 import time
 import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryFile
 
@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
-from mapping.tum import write_trajectory
+from mapping.map_folder import is_readable
+from mapping.tum import HEADING, pose_line, write_trajectory
 from vizbot.config import Config, write_config
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import require_folder, write_whole
+from vizbot.core.files import GrowingFile, require_folder, write_whole
 from vizbot.core.interfaces import Clock, Pending
+from vizbot.core.interrupts import first_error, one_line
 from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import SE3, Twist
 
@@ -33,6 +35,7 @@ _RESERVE = 200_000_000
 """Reserved space [bytes]; maps of homes take a fifth of it."""
 _SAVED_EVERY = 60.0
 """Interval between two saves of the map [s]."""
+_COLUMNS = "stamp,linear,angular,by\n"
 
 
 def require_run_folder(folder: Path) -> None:
@@ -68,6 +71,7 @@ class Recorder:
     """An observer that records a run.
 
     It reserves space on the disk at the start, so that the map can be saved when the disk is full.
+    Trajectory and commands grow with each step; `finish` writes them anew, with what they lack.
 
     `trajectory.tum` holds T_map_cam of the frame of every step as it was known when it arrived,
     `commands.csv` the command of every step, also if there was no base: stamp [s], velocity [m/s],
@@ -89,11 +93,14 @@ class Recorder:
             self._release_reserve = weakref.finalize(self, reserve.close)
             os.posix_fallocate(reserve.fileno(), 0, _RESERVE)
             write_config(config, folder / "config.toml")
+            self._poses_file = GrowingFile(folder / "trajectory.tum", HEADING)
+            self._commands_file = GrowingFile(folder / "commands.csv", _COLUMNS)
         except OSError as error:
             raise _unwritable(folder, error) from error
         self.folder = folder
         self._stamps: list[float] = []
         self._commands: list[tuple[float, str, Twist]] = []
+        self._commands_written = 0
         self._commands_clock: Clock | None = None
         self._lead = -math.inf
         self._Ts_map_cam: list[SE3] = []
@@ -118,7 +125,7 @@ class Recorder:
         return float(np.linalg.norm(np.diff(np.reshape(self._xy, (-1, 2)), axis=0), axis=1).sum())
 
     def on_step(self, step: Step) -> None:
-        """Record the pose and the command."""
+        """Record the pose and the command; a full disk costs lines until it has space again."""
         self._stamps.append(step.frame.stamp)
         if self._commands_clock is not None:
             self._lead = max(self._lead, step.frame.stamp - self._commands_clock.now())
@@ -126,7 +133,10 @@ class Recorder:
             self._commands.append((step.frame.stamp, "robot", step.command))
         self._Ts_map_cam.append(step.estimate.T_map_cam)
         self._xy.append((float(step.T_map_base[0, 3]), float(step.T_map_base[1, 3])))
-
+        self._poses_file.add(pose_line(step.frame.stamp, step.estimate.T_map_cam))
+        new = self._commands[self._commands_written :]
+        self._commands_file.add(self._rows(new))
+        self._commands_written += len(new)
         if self._bundle is not None:
             self._keep_map(self._bundle, step.frame.stamp)
 
@@ -204,30 +214,65 @@ class Recorder:
         except Exception as error:  # the next minute or the end tries again
             log.warning("the map of this minute is not kept: %s; the run goes on", error)
 
-    def finish(self, bundle: MapBundle | None, metrics: Mapping[str, object]) -> None:
-        """Write the trajectory, the map and, last, the metrics, which mark the run as complete."""
+    def finish(
+        self, bundle: Callable[[], MapBundle | None], metrics: Mapping[str, object]
+    ) -> tuple[dict[str, object], BaseException | None]:
+        """Write trajectory, commands, the map and, last, the metrics, which mark the run as ended.
+
+        What cannot be written keeps nothing else from being written.
+
+        Args:
+            bundle: Gives the map; None for none.
+            metrics: Of the run.
+
+        Returns:
+            The metrics with `map`, where the map is, and `map_error`, why there is none; and the
+            first error.
+        """
         if self._saving is not None:
             self._saving.result()
         self._release_reserve()
+        unwritten = first_error(self._restore_folder, self._write_trajectory, self._write_commands)
+        folder = self.folder / "map"
+        kept: dict[str, object] = {**metrics, "map": None, "map_error": "there was no frame"}
+
+        def keep_map() -> None:
+            if (last := bundle()) is not None:
+                map_bundle.save(last, folder)
+                kept.update(map=str(folder), map_error=None)
+
+        if (lost := first_error(keep_map)) is not None:
+            older = f"; an earlier map of this run is in {folder}" if is_readable(folder) else ""
+            kept["map_error"] = one_line(lost) + older
+        content = json.dumps(kept, indent=2) + "\n"
+        unmarked = first_error(lambda: write_whole(self.folder / "metrics.json", content.encode()))
+        return kept, lost or unwritten or unmarked
+
+    def _restore_folder(self) -> None:
+        """Make the folder again, which somebody may have removed meanwhile."""
+        self._poses_file.close()
+        self._commands_file.close()
+        self.folder.mkdir(parents=True, exist_ok=True)
+
+    def _write_trajectory(self) -> None:
         if self._stamps:
             write_trajectory(
                 self.folder / "trajectory.tum", np.array(self._stamps), np.array(self._Ts_map_cam)
             )
-        self._write_commands()
-        if bundle is not None:
-            map_bundle.save(bundle, self.folder / "map")
-        content = json.dumps(metrics, indent=2) + "\n"
-        write_whole(self.folder / "metrics.json", content.encode())
 
     def _write_commands(self) -> None:
+        table = _COLUMNS + self._rows(self._commands)
+        write_whole(self.folder / "commands.csv", table.encode())
+
+    def _rows(self, commands: Sequence[tuple[float, str, Twist]]) -> str:
+        """Lines of commands, on the camera's clock as far as it is known."""
         # Frames carry the camera's clock; the frame that arrived soonest gives the offset.
         lead = self._lead if math.isfinite(self._lead) else 0.0
         table = io.StringIO()
         writer = csv.writer(table, lineterminator="\n")
-        writer.writerow(("stamp", "linear", "angular", "by"))
-        for at, who, twist in self._commands:
+        for at, who, twist in commands:
             writer.writerow((*(f"{v:.3f}" for v in (at + lead, twist.linear, twist.angular)), who))
-        write_whole(self.folder / "commands.csv", table.getvalue().encode())
+        return table.getvalue()
 
 
 def default_folder() -> Path:

@@ -28,6 +28,7 @@ from vizbot.core.devices import Devices
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.geometry import yaw_of
 from vizbot.core.interfaces import Base, Camera
+from vizbot.core.interrupts import holding_interrupts
 from vizbot.core.types import Intrinsics
 from vizbot.mixed_devices import FollowedBase, WithoutImu
 
@@ -182,7 +183,8 @@ class Rig:
         link = LockstepLink(
             lambda: stub.lockstep_port(open_serial(stub.path)), clock, config.roomba
         )
-        return opened.enter_context(Roomba(link, clock, config.roomba))
+        with holding_interrupts():  # one amid a message would be a loss of bytes
+            return opened.enter_context(Roomba(link, clock, config.roomba))
 
     def _disturb_camera(self) -> None:
         """Wrap the camera so that faults happen to it."""

@@ -9,6 +9,8 @@ import sys
 import pytest
 
 from mapping import map_bundle
+from sim_stubs.roomba.serial_line import SerialLine
+from tests.tools.interrupted_runs import interrupt_at
 from vizbot.commands import bench, progress, voice
 from vizbot.operator.voice.microphone import Microphone
 
@@ -46,10 +48,30 @@ def test_ctrl_c_is_how_one_stops_to_speak(run, monkeypatch):
     assert "Ctrl-C ends." in err and "interrupted" not in err
 
 
-@pytest.mark.parametrize("interrupt", [ctrl_c, ctrl_c_in_ctypes])
-def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(
-    run, tmp_path, monkeypatch, interrupt
-):
+def amid_a_message(monkeypatch):
+    """Interrupts where the simulated base has read bytes and nobody has them yet."""
+    read = SerialLine._read
+
+    def interrupt_amid_the_next():
+        def read_and_interrupt(line, size):
+            arrived = read(line, size)
+            if arrived:
+                monkeypatch.setattr(SerialLine, "_read", read)
+                ctrl_c()
+            return arrived
+
+        monkeypatch.setattr(SerialLine, "_read", read_and_interrupt)
+
+    return interrupt_amid_the_next
+
+
+@pytest.mark.parametrize("where", ["between", "in ctypes", "amid a message"])
+def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(run, tmp_path, monkeypatch, where):
+    interrupt = {
+        "between": ctrl_c,
+        "in ctypes": ctrl_c_in_ctypes,
+        "amid a message": amid_a_message(monkeypatch),
+    }[where]
     monkeypatch.setattr(progress.Progress, "on_step", after_three_steps(interrupt))
     code, out, err = run("dry-run", "sofa", "--world", "5", "--out", "run", "--json")
     assert code == 130
@@ -58,6 +80,8 @@ def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(
         "vizbot: interrupted",
     ]
     assert json.loads(out)["error"] == "interrupted"
+    assert json.loads(out) == json.loads((tmp_path / "run/metrics.json").read_text())
+    assert (tmp_path / "run/report.html").exists()
     assert len(map_bundle.load(tmp_path / "run" / "map").trajectory.stamps) > 0
 
 
@@ -85,3 +109,8 @@ def test_ctrl_c_ends_what_is_waited_for_at_the_exit_without_a_traceback():
         assert ended.stdout.readline() == b"waiting\n"
         ended.send_signal(signal.SIGINT)
         assert ended.wait(30) == -signal.SIGINT and ended.stderr.read() == b""
+
+
+@pytest.mark.long
+def test_a_run_that_is_interrupted_at_any_moment_loses_nothing():
+    assert [what for what, _ in interrupt_at(5, seed=0) if what] == []

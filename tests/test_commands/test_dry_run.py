@@ -79,6 +79,23 @@ def test_a_run_leaves_its_folder_whole(short_run):
     assert len([line for line in lines if not line.startswith("#")]) == result["steps"]
 
 
+def test_a_run_whose_map_cannot_be_saved_ends_in_one_line_and_keeps_all_else(
+    run, tmp_path, monkeypatch
+):
+    (tmp_path / "short.toml").write_text(SHORT)
+    monkeypatch.setattr(map_bundle, "MOST_BYTES", 1000)
+    arguments = ("--world", "5", "--config", "short.toml", "--out", "run", "--json")
+    code, out, err = run("dry-run", "yellow chair", *arguments)
+    told = err.splitlines()[-1]
+    assert code == 1 and told.startswith("vizbot: the map run/map is not saved, it has ")
+    result, folder = json.loads(out), tmp_path / "run"
+    assert result["map"] is None and f"vizbot: {result['map_error']}" == told
+    assert json.loads((folder / "metrics.json").read_text()) == result
+    assert "The map is not kept: the map run/map" in (folder / "report.html").read_text()
+    for name in ("trajectory.tum", "commands.csv"):
+        assert len((folder / name).read_text().splitlines()) == 1 + result["steps"] == 13
+
+
 def test_an_exploration_cut_short_is_no_success_and_the_map_is_asked_all_the_same(
     dry_run, tmp_path
 ):

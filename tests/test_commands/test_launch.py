@@ -117,7 +117,12 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
     assert out.strip() == str(run / "report.html") and (run / "report.html").exists()
     assert len(map_bundle.load(run / "map").elements.keyframes) > 0
     log = (run / "vizbot.log").read_text()
-    for event in ("camera realsense, base roomba", f":{port}", "map saved", "ended: steps"):
+    for event in (
+        "camera realsense, base roomba",
+        f":{port}",
+        "map saved",
+        "ended: error None, steps",
+    ):
         assert event in log
     commands = np.loadtxt(run / "commands.csv", delimiter=",", skiprows=1, usecols=range(3))
     assert np.abs(commands[:, 2]).max() > 0.0

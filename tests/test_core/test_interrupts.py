@@ -5,7 +5,15 @@ import time
 
 import pytest
 
-from vizbot.core.interrupts import ending_on_signals, holding_interrupts, is_interrupt
+from vizbot.core import interrupts
+from vizbot.core.interrupts import (
+    ending_on_signals,
+    first_error,
+    holding_interrupts,
+    is_interrupt,
+    letting_interrupts_through,
+    raise_held_interrupt,
+)
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -101,3 +109,73 @@ def test_other_errors_of_finalisers_are_reported_as_before(monkeypatch):
         broken = Broken()
         del broken
     assert reported == [ValueError]
+
+
+def test_what_holds_signals_ends_where_it_may_end(signals):
+    done = []
+    with pytest.raises(KeyboardInterrupt), ending_on_signals(), holding_interrupts():
+        raise_held_interrupt()
+        signal.raise_signal(signal.SIGHUP)
+        done.append("to its end")
+        raise_held_interrupt()
+        done.append("more")
+    assert done == ["to its end"]
+
+
+def test_several_signals_at_once_are_held_and_a_later_one_cuts_short(signals, monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(interrupts.time, "monotonic", lambda: now[0])
+    done = []
+    with pytest.raises(KeyboardInterrupt), ending_on_signals(), holding_interrupts():
+        signal.raise_signal(signal.SIGINT)
+        now[0] += 1.9
+        signal.raise_signal(signal.SIGTERM)
+        done.append("at once")
+        now[0] += 0.2
+        signal.raise_signal(signal.SIGINT)
+        done.append("later")
+    assert done == ["at once"]
+
+
+def test_amid_what_holds_signals_something_may_be_left_at_any_moment(signals):
+    done = []
+    with pytest.raises(KeyboardInterrupt), ending_on_signals(), holding_interrupts():
+        done.append("held")
+        with letting_interrupts_through():
+            signal.raise_signal(signal.SIGTERM)
+            done.append("not left")
+    assert done == ["held"]
+
+
+def test_what_is_held_comes_before_what_may_be_left(signals):
+    done = []
+    with pytest.raises(KeyboardInterrupt), ending_on_signals(), holding_interrupts():
+        signal.raise_signal(signal.SIGTERM)
+        with letting_interrupts_through():
+            done.append("begun")
+    assert done == []
+
+
+def test_a_signal_that_is_held_hides_no_error(signals):
+    with ending_on_signals():
+        with pytest.raises(ValueError, match="wrong"), holding_interrupts():
+            signal.raise_signal(signal.SIGTERM)
+            raise ValueError("wrong")
+        with pytest.raises(KeyboardInterrupt):
+            raise_held_interrupt()
+
+
+def test_each_part_is_done_whatever_becomes_of_those_before(caplog):
+    done = []
+
+    def fail(error):
+        done.append(error)
+        raise error
+
+    disguised = ImportError("initialization failed")
+    disguised.__cause__ = KeyboardInterrupt()
+    first, second = ValueError("first"), KeyboardInterrupt("second")
+    assert first_error(lambda: fail(first), lambda: fail(second), lambda: done.append(3)) is first
+    assert done == [first, second, 3] and caplog.messages == ["second"]
+    assert isinstance(first_error(lambda: fail(disguised)), KeyboardInterrupt)
+    assert first_error(lambda: None) is None

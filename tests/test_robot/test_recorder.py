@@ -68,7 +68,7 @@ def test_a_map_that_cannot_be_saved_costs_a_line_and_not_the_run(
         recorder.on_step(step(stamp))
     assert caplog.text.count("No space left on device; the run goes on") == 1
     monkeypatch.undo()
-    recorder.finish(bundle_of(), {})
+    recorder.finish(bundle_of, {})
     assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
 
 
@@ -79,8 +79,13 @@ def test_a_map_that_could_not_be_loaded_never_takes_the_place_of_an_older_one(re
     recorder.keep_map(lambda: next(bundles), SimulatedClock())
     for stamp in (0.0, 61.0, 122.0, 123.0):
         recorder.on_step(step(stamp))
-    with pytest.raises(MapError, match="is not saved"):
-        recorder.finish(bad, {})
+    metrics, lost = recorder.finish(lambda: bad, {"success": True})
+    assert isinstance(lost, MapError) and "is not saved" in str(lost)
+    assert metrics["map"] is None
+    assert metrics["map_error"] == (
+        f"{lost}; an earlier map of this run is in {recorder.folder / 'map'}"
+    )
+    assert json.loads((recorder.folder / "metrics.json").read_text()) == metrics
     assert caplog.text.count("the run goes on") == 1
     assert_same(map_bundle.load(recorder.folder / "map"), good)
     assert (recorder.folder / "trajectory.tum").exists()
@@ -92,11 +97,14 @@ def test_space_for_the_map_is_held_until_the_end(recorder, tmp_path):
             opened.stat().st_size
             for opened in Path("/proc/self/fd").iterdir()
             if os.path.realpath(opened).startswith(str(tmp_path))
+            and str(opened.readlink()).endswith("(deleted)")
         )
 
     assert held() == vizbot.recorder._RESERVE
-    assert [path.name for path in recorder.folder.iterdir()] == ["config.toml"]
-    recorder.finish(bundle_of(), {"success": True})
+    assert sorted(path.name for path in recorder.folder.iterdir()) == [
+        "commands.csv", "config.toml", "trajectory.tum",
+    ]  # fmt: skip
+    recorder.finish(bundle_of, {"success": True})
     assert held() == 0
     assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
 
@@ -121,7 +129,7 @@ def test_a_run_that_ended_before_its_first_step_went_nowhere(recorder):
 def test_what_the_base_was_told_is_kept(recorder):
     for stamp in (0.25, 0.5):
         recorder.on_step(step(stamp))
-    recorder.finish(bundle_of(), {})
+    recorder.finish(bundle_of, {})
     assert kept_commands(recorder) == [
         "stamp,linear,angular,by", "0.250,0.200,-0.500,robot", "0.500,0.200,-0.500,robot",
     ]  # fmt: skip
@@ -135,7 +143,7 @@ def test_where_people_may_drive_what_the_base_was_sent_is_kept_with_who_gave_it(
         sent(*command)
         recorder.on_step(step(100.0 + clock.now()))
         clock.sleep(0.5)
-    recorder.finish(bundle_of(), {})
+    recorder.finish(bundle_of, {})
     assert kept_commands(recorder) == [
         "stamp,linear,angular,by", "100.000,0.100,0.000,robot",
         '100.500,0.000,0.500,"ann, ""me"""', "102.000,0.000,0.000,stop",
@@ -144,7 +152,7 @@ def test_where_people_may_drive_what_the_base_was_sent_is_kept_with_who_gave_it(
 
 def test_commands_sent_before_any_frame_came_are_kept_on_their_own_clock(recorder):
     recorder.keep_commands(SimulatedClock())("stop", STOP)
-    recorder.finish(None, {})
+    recorder.finish(lambda: None, {})
     assert kept_commands(recorder)[1:] == ["0.000,0.000,0.000,stop"]
 
 

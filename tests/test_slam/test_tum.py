@@ -70,3 +70,24 @@ def test_poses_are_read_in_the_order_of_their_stamps(tmp_path: Path) -> None:
     stamps, Ts_map_cam = read_trajectory(path)
     assert stamps.tolist() == [1, 2, 3, 4]
     assert Ts_map_cam[:, 0, 3].tolist() == [1, 2, 3, 4]
+
+
+WHOLE = "# timestamp tx ty tz qx qy qz qw\n1.0 1 2 3 0 0 0 1\n"
+
+
+@pytest.mark.parametrize("torn", ["2", "2.0 1 2 3 0 0", "2.0 1 2 3 0 0 0.6 0.", "2.0 1 2 3 0 0 -"])
+def test_a_last_line_that_a_killed_run_has_torn_is_left_out(tmp_path, torn):
+    path = tmp_path / "trajectory.tum"
+    path.write_text(WHOLE + torn)
+    assert read_trajectory(path)[0].tolist() == [1.0]
+    for wrong in (WHOLE + torn + "\n", torn):  # not torn, or all that there is
+        path.write_text(wrong)
+        if len(torn.split()) != 8:
+            with pytest.raises(ConfigError, match="is not a pose"):
+                read_trajectory(path)
+
+
+def test_a_last_line_without_an_end_that_is_whole_counts(tmp_path):
+    path = tmp_path / "trajectory.tum"
+    path.write_text(WHOLE + "2.0 1 2 3 0 0 0.6 0.8")
+    assert read_trajectory(path)[0].tolist() == [1.0, 2.0]

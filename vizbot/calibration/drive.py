@@ -17,6 +17,7 @@ from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import back_project, camera_mount, mount_angles
+from vizbot.core.interrupts import holding_interrupts, raise_held_interrupt
 from vizbot.core.types import (
     SE3,
     STOP,
@@ -88,6 +89,7 @@ class Sample:
     floor: tuple[SE3, NDArray[np.float64]] | None
 
 
+@holding_interrupts()
 def record(devices: Devices, config: Config, announce: Callable[[str], None]) -> list[Sample]:
     """Drive all legs.
 
@@ -108,6 +110,7 @@ def record(devices: Devices, config: Config, announce: Callable[[str], None]) ->
         announce(leg.value)
         end, due = clock.now() + seconds, clock.now()
         while clock.now() < end:
+            raise_held_interrupt()
             frame = devices.camera.read()
             if frame is None:
                 raise DeviceError("the camera gives no more frames; calibrate with a live one")

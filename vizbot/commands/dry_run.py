@@ -11,8 +11,7 @@ from sim_stubs.world.plan_process import PlanProcess
 from vizbot.commands.open_run import OpenRun, open_run
 from vizbot.commands.options import DryRunOptions
 from vizbot.commands.run_plan import DryRunPlan
-from vizbot.core.errors import VizbotError
-from vizbot.core.interrupts import is_interrupt
+from vizbot.core.interrupts import first_error, one_line
 from vizbot.core.observer import Outcome
 from vizbot.mission import advise, drive_to_all, watch
 from vizbot.mission import explore as explore_all
@@ -37,21 +36,24 @@ def run(plan: DryRunPlan, options: DryRunOptions, world: PlanProcess | None = No
         end, in a simulated world by the scorer's verdict, else by what the robot believes.
 
     Raises:
-        VizbotError: a device is missing or gone.
+        VizbotError: a device is missing or gone, or the map or another file cannot be kept; what
+            can be written is written first.
     """
     goals, choice = plan.goals, plan.devices
     score = not options.explore
     with open_run(plan.run, choice, serve=options.serve, score=score, world=world) as opened:
         claimed, failure = _to_the_end(opened.pipeline, lambda: _do_all(opened, goals, options))
-        metrics = _metrics(opened, claimed, failure) | {
-            "camera": choice.camera,
-            "base": choice.base,
-            "world": choice.world if opened.rig.world is not None else None,
-        }
-        opened.write(metrics)
-    _print(opened, metrics, options, failure)
-    if failure is not None:
-        raise failure
+        metrics, lost = opened.write(
+            _metrics(opened, claimed, failure)
+            | {
+                "camera": choice.camera,
+                "base": choice.base,
+                "world": choice.world if opened.rig.world is not None else None,
+            }
+        )
+        _print(opened, metrics, options, failure)
+    if (error := failure or lost) is not None:
+        raise error
     return bool(metrics["success"])
 
 
@@ -113,20 +115,18 @@ def _look_up_all(pipeline: Pipeline, goals: Sequence[str]) -> None:
         pipeline.look_up(pipeline.goal(goal))
 
 
-def _to_the_end(
-    pipeline: Pipeline, work: Callable[[], bool]
-) -> tuple[bool, VizbotError | KeyboardInterrupt | None]:
-    """Whether the work succeeded, and what ended it early; the map until then is not lost."""
-    try:
-        return work(), None
-    except VizbotError as error:
-        return False, error
-    except BaseException as error:
-        if not is_interrupt(error):
-            raise
-        return False, KeyboardInterrupt()
-    finally:
-        pipeline.finish()
+def _to_the_end(pipeline: Pipeline, work: Callable[[], bool]) -> tuple[bool, BaseException | None]:
+    """Whether the work succeeded, and what ended it early; what there is until then is kept."""
+    claimed = False
+
+    def do() -> None:
+        nonlocal claimed
+        claimed = work()
+
+    failure = first_error(do)
+    if not isinstance(failure, KeyboardInterrupt):  # who interrupts waits for no encoder
+        failure = failure or first_error(pipeline.finish)
+    return claimed and failure is None, failure
 
 
 def _metrics(opened: OpenRun, claimed: bool, failure: BaseException | None) -> dict[str, object]:
@@ -138,11 +138,15 @@ def _metrics(opened: OpenRun, claimed: bool, failure: BaseException | None) -> d
         "success": success,
         "judged": scorer is not None,
         "claimed": claimed,
-        "error": str(failure) or "interrupted" if failure is not None else None,
+        "error": None if failure is None else _told(failure),
         "collisions": None if lockstep_world is None else lockstep_world.collisions,
         "simulated_seconds": None if lockstep_world is None else round(clock.now(), 3),
         **opened.totals(),
     }
+
+
+def _told(failure: BaseException) -> str:
+    return "interrupted" if isinstance(failure, KeyboardInterrupt) else one_line(failure)
 
 
 def _print(
@@ -159,7 +163,8 @@ def _print(
     if options.as_json:
         echo(json.dumps(metrics))
     if failure is not None:
-        echo(f"what was mapped until then is in {opened.folder}", err=True)
+        what = "was mapped" if metrics["map"] is not None else "is left of the run"
+        echo(f"what {what} until then is in {opened.folder}", err=True)
     elif not options.as_json:
         done = "processed" if opened.rig.devices.base is None else "arrived"
         if options.serve:

@@ -10,6 +10,7 @@ from vizbot.commands.options import LaunchOptions
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.commands.serve import ServedRun
 from vizbot.core.clock import WallClock
+from vizbot.core.interrupts import first_error, one_line
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
@@ -48,18 +49,22 @@ def run(plan: RunPlan, options: LaunchOptions) -> None:
 
 def _serve(opened: OpenRun, served: ServedRun, service: Service, language: Language) -> None:
     """Serve until it is ended; the folder is written however that comes about."""
-    if served.base is not None:
-        served.base.show(Feedback.LISTENING)
-    try:
+
+    def serve() -> None:
+        if served.base is not None:
+            served.base.show(Feedback.LISTENING)
         echo("Where to? One sentence a line; an empty line or Ctrl-C ends.", err=True)
         threading.Thread(
             target=_take_dictation, args=(served.session, language), daemon=True
         ).start()
         served.serve(opened.pipeline, service, [], opened.config.objectnav)
-    finally:
-        opened.rig.close()  # the robot stops first; the folder is written while it stands
-        opened.pipeline.finish()
-        opened.write(opened.totals())
+
+    # The robot stops first; the folder is written while it stands.
+    failure = first_error(serve, opened.rig.close, opened.pipeline.finish)
+    told = {"error": None if failure is None else one_line(failure)}
+    _, lost = opened.write(opened.totals() | told)
+    if (error := failure or lost) is not None:
+        raise error
 
 
 def _take_dictation(session: OperatorSession, language: Language = ENGLISH) -> None:

@@ -23,6 +23,7 @@ from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.config import Config
 from vizbot.core.garbage import collecting_afterwards
+from vizbot.core.interrupts import first_error, holding_interrupts, letting_interrupts_through
 from vizbot.core.observer import Observer
 from vizbot.operator.printing import echo
 from vizbot.operator.report.report import Report
@@ -89,22 +90,29 @@ class OpenRun:
             "run": str(self.folder),
         }
 
-    def write(self, metrics: Mapping[str, object]) -> None:
-        """Write map, trajectory, metrics and report into the folder; the pipeline has finished."""
-        bundle = self.pipeline.bundle()
-        self.recorder.finish(bundle, metrics)
-        if bundle is None:
-            log.info("no map to be saved: there was no frame")
+    def write(
+        self, metrics: Mapping[str, object]
+    ) -> tuple[dict[str, object], BaseException | None]:
+        """Write map, trajectory, metrics and report, each whatever becomes of the others.
+
+        Returns:
+            The metrics with `map` and `map_error` as `Recorder.finish` has them, and the first
+            error.
+        """
+        kept, lost = self.recorder.finish(self.pipeline.bundle, metrics)
+        if kept["map"] is None:
+            log.warning("no map of the end is saved: %s", kept["map_error"])
         else:
-            keyframes, elements = len(bundle.keyframes.ids), len(bundle.elements.keyframes)
-            log.info("map saved: %d keyframes, %d elements", keyframes, elements)
+            log.info("map saved: %s", kept["map"])
         summary = ", ".join(f"{name} {metrics[name]}" for name in _SUMMED_UP if name in metrics)
         log.info("ended: %s", summary)
+        unreported = first_error(lambda: self._write_report(kept))
+        return kept, lost or unreported
+
+    def _write_report(self, metrics: Mapping[str, object]) -> None:
         world = self.rig.world
-        if world is None:
-            self.report.finish(metrics)
-        else:
-            self.report.finish(metrics, world.top_view(), world.attributions)
+        drawn = () if world is None else (world.top_view(), world.attributions)
+        self.report.finish(metrics, *drawn)
 
 
 @contextmanager
@@ -117,6 +125,9 @@ def open_run(
     world: PlanProcess | None = None,
 ) -> Iterator[OpenRun]:
     """Open everything that a run needs, and close it in the end, whatever happens.
+
+    Once its devices are open an interrupt ends it between two frames alone, and after it the
+    folder is written and the devices are closed.
 
     Args:
         plan: As checked.
@@ -131,24 +142,25 @@ def open_run(
     """
     began = time.monotonic()
     config = plan.config
-    with ExitStack() as opened:
+    with holding_interrupts(), ExitStack() as opened:
         run_log = opened.enter_context(RunLog())
         log.info("vizbot %s: %s", __version__, shlex.join(sys.argv[1:]))
-        with collecting_afterwards():
-            simulated, encoder = _world_and_encoder(config, choice, world, opened)
-        log.info("encoder %s on %s", encoder.model_id, config.device)
-        require_usable(plan.saved_map, encoder, config)  # before there is a folder
-        rig = opened.enter_context(
-            Rig(
-                config,
-                choice.camera,
-                choice.base,
-                choice.world if simulated is None else simulated,
-                choice.recording,
-                choice.first_goal,
-                choice.faults,
+        with letting_interrupts_through():
+            with collecting_afterwards():
+                simulated, encoder = _world_and_encoder(config, choice, world, opened)
+            log.info("encoder %s on %s", encoder.model_id, config.device)
+            require_usable(plan.saved_map, encoder, config)  # before there is a folder
+            rig = opened.enter_context(
+                Rig(
+                    config,
+                    choice.camera,
+                    choice.base,
+                    choice.world if simulated is None else simulated,
+                    choice.recording,
+                    choice.first_goal,
+                    choice.faults,
+                )
             )
-        )
         where = f", world {choice.world}" if rig.world is not None else ""
         log.info("devices open: camera %s, base %s%s", choice.camera, choice.base, where)
         if rig.world is not None and rig.world.notice:

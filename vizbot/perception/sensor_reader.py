@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.interfaces import Base
+from vizbot.core.interrupts import raise_held_interrupt
 from vizbot.core.types import STOP, BaseState, RGBDFrame
 from vizbot.perception.first_frames import FirstFrames
 
@@ -64,8 +65,12 @@ class SensorReader:
         return None
 
     def _read_camera(self) -> RGBDFrame | None:
-        """The next frame, as soon as there is one; None at the end of a recording."""
+        """The next frame, as soon as there is one; None at the end of a recording.
+
+        It is where an interrupt that is held may end the run: nothing is half done here.
+        """
         while True:
+            raise_held_interrupt()
             try:
                 frame = self._devices.camera.read()
             except DeviceTimeoutError as error:

@@ -1,0 +1,160 @@
+"""A program that is killed takes along what it has started, and leaves what it has written."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import uuid
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from mapping.tum import read_trajectory
+from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.wall_clock import on_wall_clock
+from sim_stubs.world.free_floor import FreeFloor
+from tests.helpers import filmed_room
+from tests.helpers.roomba_rig import wait_for
+from tests.tools.interrupted_runs import ROOM
+
+_MARK = "VIZBOT_TEST_MARK"
+SOON = 3.0
+"""From the kill until nothing is left [s], on a machine with other work; idle it takes 0.1 s."""
+DRY_RUN = ["-m", "vizbot", "dry-run", "sofa", "--out", "run"]
+POOL = (
+    "import time; from vizbot.bench.harness.workers import in_parallel\n"
+    "for _ in in_parallel(time.sleep, [60.0], 'sleeping', lambda *_: ''): pass"
+)
+
+
+@contextmanager
+def marked():
+    """An environment for a program, and what lists the processes that have it.
+
+    What is left of them in the end is killed.
+    """
+    mark = uuid.uuid4().hex
+
+    def alive():
+        return {pid: command for pid, command in _with(f"{_MARK}={mark}".encode())}
+
+    try:
+        yield os.environ | {_MARK: mark, "PYTHONPATH": str(Path.cwd())}, alive
+    finally:
+        for pid in alive():
+            os.kill(pid, 9)
+
+
+def gone_within(seconds, alive):
+    """What is still alive of marked processes after so long [s], by their command lines."""
+    end = time.monotonic() + seconds
+    while (left := alive()) and time.monotonic() < end:
+        time.sleep(0.05)
+    return list(left.values())
+
+
+def _with(mark):
+    for process in Path("/proc").iterdir():
+        if not process.name.isdigit():
+            continue
+        try:
+            if mark not in (process / "environ").read_bytes().split(b"\0"):
+                continue
+            if (process / "stat").read_text().rpartition(")")[2].split()[0] != "Z":
+                command = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode()
+                yield int(process.name), command
+        except OSError:  # it has just ended
+            continue
+
+
+@contextmanager
+def begun(arguments, folder):
+    """A program in a folder, and what lists its processes."""
+    with (
+        marked() as (environment, alive),
+        subprocess.Popen(
+            [sys.executable, *arguments], cwd=folder, env=environment,
+            stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+        ) as program,
+    ):  # fmt: skip
+        try:
+            yield program, alive
+        finally:
+            program.kill()
+
+
+def others(program, alive):
+    return {pid: command for pid, command in alive().items() if pid != program.pid}
+
+
+def wait_until_started(program, alive, parts):
+    """Wait until the command lines of all processes that a program starts are there."""
+
+    def started():
+        assert program.poll() is None
+        commands = others(program, alive).values()
+        return all(any(part in command for command in commands) for part in parts)
+
+    wait_for(started, pause=0.02)
+
+
+@pytest.mark.parametrize("later", [0.0, 0.5, 1.5])
+def test_the_drawer_of_a_home_ends_with_a_run_that_is_killed(tmp_path, later):
+    with begun([*DRY_RUN, "--world", "1100"], tmp_path) as (program, alive):
+        wait_until_started(program, alive, ["plan_process"])
+        time.sleep(later)
+        program.kill()
+        program.wait()
+        assert gone_within(SOON, alive) == []
+
+
+def test_the_acceptor_ends_with_a_run_that_is_killed(tmp_path):
+    (tmp_path / "room.xml").write_text(ROOM)
+    command = [*DRY_RUN, "--serve", "--port", "0", "--world", "room.xml"]
+    with begun(command, tmp_path) as (program, alive):
+        wait_until_started(program, alive, ["acceptor"])
+        program.kill()
+        program.wait()
+        assert gone_within(SOON, alive) == []
+
+
+def test_reflexes_watchdog_and_acceptor_end_with_a_launch_that_is_killed(tmp_path):
+    with on_wall_clock(SimulatedRoomba(FreeFloor())) as stub:
+        (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path))
+        command = ["-m", "tests.helpers.filmed_room", "--port", "0", "--out", "run"]
+        with begun([*command, "--config", "robot.toml"], tmp_path) as (program, alive):
+            wait_until_started(program, alive, ["acceptor", "spawn_main"])
+            program.kill()
+            program.wait()
+            assert gone_within(SOON, alive) == []
+
+
+def test_a_benchmark_that_is_killed_leaves_no_job_behind(tmp_path):
+    with begun(["-c", POOL], tmp_path) as (program, alive):
+        wait_until_started(program, alive, ["spawn_main"])
+        time.sleep(3.0)  # until the job has begun
+        program.kill()
+        program.wait()
+        assert gone_within(SOON, alive) == []
+
+
+def test_a_run_that_is_killed_keeps_its_trajectory_and_commands_until_then(tmp_path):
+    (tmp_path / "room.xml").write_text(ROOM)
+    with begun([*DRY_RUN, "--world", "room.xml"], tmp_path) as (program, _):
+        poses, commands = tmp_path / "run/trajectory.tum", tmp_path / "run/commands.csv"
+
+        def steps():
+            assert program.poll() is None
+            return poses.read_text().count("\n") - 1 if poses.exists() else 0
+
+        wait_for(lambda: steps() >= 3, pause=0.02)
+        program.kill()
+        assert program.wait() == -signal.SIGKILL
+    stamps, _ = read_trajectory(poses)
+    rows = commands.read_text().splitlines()
+    assert len(stamps) >= 3 and stamps[0] < stamps[1] < stamps[2]
+    assert rows[0] == "stamp,linear,angular,by" and len(rows) - 1 >= 3
+    assert float(rows[1].split(",")[0]) == pytest.approx(stamps[0], abs=1e-3)
+    assert not (tmp_path / "run/metrics.json").exists()
