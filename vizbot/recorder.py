@@ -229,10 +229,13 @@ class Recorder:
             The metrics with `map`, where the map is, and `map_error`, why there is none; and the
             first error.
         """
-        if self._saving is not None:
-            self._saving.result()
         self._release_reserve()
-        unwritten = first_error(self._restore_folder, self._write_trajectory, self._write_commands)
+        unwritten = first_error(
+            self._finish_saving,
+            self._restore_folder,
+            self._write_trajectory,
+            self._write_commands,
+        )
         folder = self.folder / "map"
         kept: dict[str, object] = {**metrics, "map": None, "map_error": "there was no frame"}
 
@@ -247,6 +250,10 @@ class Recorder:
         content = json.dumps(kept, indent=2) + "\n"
         unmarked = first_error(lambda: write_whole(self.folder / "metrics.json", content.encode()))
         return kept, lost or unwritten or unmarked
+
+    def _finish_saving(self) -> None:
+        if self._saving is not None:
+            self._saving.result()
 
     def _restore_folder(self) -> None:
         """Make the folder again, which somebody may have removed meanwhile."""

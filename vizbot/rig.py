@@ -94,8 +94,9 @@ class Rig:
             self._opened = opened.pop_all()
 
     def close(self) -> None:
-        """Close every device, the base first."""
-        self._opened.close()
+        """Close every device, the base first; an interrupt comes after it."""
+        with holding_interrupts():
+            self._opened.close()
 
     def __enter__(self) -> Self:
         return self

@@ -34,7 +34,7 @@ def use(folder: Path, bundle) -> None:
     """Describe, export and ask a map, and continue in it from another one."""
     describe(folder, as_json=False)
     for form in ("ply", "tum"):
-        export(folder, form, folder.with_name(f"export.{form}"))
+        export(folder, form, folder.with_name(f"export.{form}"), force=True)
     encoder, config, clock = MeanColours(), Config(), SimulatedClock()
     asked = with_background(bundle, encoder)
     find_places(asked, goal_of(encoder, "red chair"), encoder.log_odds, config.objectnav)

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 import uuid
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -16,8 +16,9 @@ from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
 from tests.helpers import filmed_room
-from tests.helpers.roomba_rig import wait_for
+from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.tools.interrupted_runs import ROOM
+from vizbot.core.interpreter import interpreter_command
 
 _MARK = "VIZBOT_TEST_MARK"
 SOON = 3.0
@@ -158,3 +159,22 @@ def test_a_run_that_is_killed_keeps_its_trajectory_and_commands_until_then(tmp_p
     assert rows[0] == "stamp,linear,angular,by" and len(rows) - 1 >= 3
     assert float(rows[1].split(",")[0]) == pytest.approx(stamps[0], abs=1e-3)
     assert not (tmp_path / "run/metrics.json").exists()
+
+
+def test_the_decoder_of_speech_ends_when_nobody_reads_what_it_decodes():
+    command = interpreter_command("vizbot.operator.voice.sound_decoder", "wav", "1")
+    decoding = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    with decoding, closing(decoding.stdin):
+        decoding.stdout.close()  # as the kernel does where its reader is killed
+        assert decoding.wait(DEADLINE) == 1
+
+
+def test_what_computes_without_a_pause_ends_with_the_other_end_of_its_pipe():
+    busy = (
+        "from vizbot.core.interpreter import end_when_left; end_when_left(1)\n"
+        "print('on', flush=True)\nwhile True: pass"
+    )
+    with subprocess.Popen([sys.executable, "-c", busy], stdout=subprocess.PIPE) as computing:
+        assert computing.stdout.readline() == b"on\n"
+        computing.stdout.close()
+        assert computing.wait(DEADLINE) == 1

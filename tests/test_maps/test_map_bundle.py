@@ -240,7 +240,7 @@ def test_nothing_is_exported_into_a_map(tmp_path, name):
     out = tmp_path / name if name == "link" else tmp_path / "home" / name
     for form in ("ply", "tum"):
         with pytest.raises(MapError, match="give a file outside of it"):
-            export(tmp_path / "home", form, out)
+            export(tmp_path / "home", form, out, force=False)
     assert_same(
         load(tmp_path / "home"), replace(bundle_of(), created=load(tmp_path / "home").created)
     )
@@ -249,7 +249,7 @@ def test_nothing_is_exported_into_a_map(tmp_path, name):
 
 def test_a_file_that_cannot_be_written_is_refused_before_the_map_is_read(tmp_path):
     with pytest.raises(ConfigError, match="nowhere"):
-        export(tmp_path / "missing", "ply", tmp_path / "nowhere" / "cloud.ply")
+        export(tmp_path / "missing", "ply", tmp_path / "nowhere" / "cloud.ply", force=False)
 
 
 def test_a_map_answers_only_to_the_encoder_that_made_it():

@@ -29,7 +29,7 @@ from vizbot.core.errors import VizbotError
 from vizbot.operator.printing import echo
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-SETTINGS = "[objectnav]\nmax_steps = 8\nlook_around = false\n"
+SETTINGS = "[objectnav]\nmax_steps = 16\nlook_around = false\n"
 ROOM = """
 <mujoco>
   <worldbody>
