@@ -26,7 +26,7 @@ from drivers.roomba.drive_command import (
 )
 from drivers.roomba.feedback import show_feedback
 from drivers.roomba.odometry import WheelOdometry, without_reversal
-from drivers.roomba.oi_mode import AT_ONCE, RETRY_PERIOD, OiModeKeeper
+from drivers.roomba.oi_mode import AT_ONCE, REST_BY_FORCE, RETRY_PERIOD, OiModeKeeper
 from drivers.roomba.packets import Packet, in_ranges
 from drivers.roomba.reflexes import allowed
 from drivers.roomba.state import STREAMED, base_state
@@ -40,7 +40,8 @@ _WARN_AGAIN = 5.0
 """Least time between two warnings of a program whose commands are late [s]."""
 _REPEAT = 0.02
 """Time after which speeds are sent again where no sensor frame, due every 15 ms, is decoded [s]."""
-WAKE_UP = encode(Opcode.START) + encode(Opcode.STREAM, *STREAMED)
+_STREAM = encode(Opcode.STREAM, *STREAMED)
+WAKE_UP = encode(Opcode.START) + _STREAM
 """Commands that put the base in Passive mode and start its stream."""
 _RESTARTED = 100
 """Largest counts after a silence at which the encoders may have restarted at 0."""
@@ -83,7 +84,8 @@ class RoombaControl:
         self._distrusted_at: float | None = None
         self._pressed: frozenset[Button] = frozenset()
         self._extra_commands = b""
-        self._sent_at, self._rolled_at = now, -math.inf
+        self._sent_at, self._rolled_at, self._ordered_at = now, -math.inf, now
+        self._opened_at, self._is_back, self._slept, self._stopped = -math.inf, False, False, False
         self._oi_mode = OiModeKeeper(name, config, now)
         self._caster_wheel = CasterWheel(name)
 
@@ -93,29 +95,39 @@ class RoombaControl:
         turning = min(1.0, config.max_turn_rate / max(abs(twist.angular), 1e-9))
         twist = Twist(twist.linear * turning, twist.angular * turning)
         self._wanted = within_wheel_limit(twist, config.wheel_base, config.max_wheel_speed)
-        self._wanted_at = now
+        self._wanted_at = self._ordered_at = now
 
     def resume(self, now: float) -> None:
         """Stop the wheels and request Safe mode."""
-        self._wanted = STOP
+        self._wanted, self._ordered_at = STOP, now
         self._oi_mode.resume(now)
 
     def seek_dock(self, now: float) -> None:
         """Let the base look for its dock, until `resume`."""
-        self._wanted = STOP
+        self._wanted, self._ordered_at = STOP, now
         self._extra_commands += self._oi_mode.seek_dock(now)
 
     def show(self, feedback: Feedback) -> None:
         """Light its LEDs and play a song, if it is in Safe or Full mode."""
         self._extra_commands += COMPLETION + show_feedback(feedback)
 
-    def reconnect(self, now: float) -> None:
-        """Start again with a base whose port was lost; its encoders show how far it rolled on."""
+    def reconnect(self, now: float, *, slept: bool = False) -> None:
+        """Start again with a base whose port was lost; its encoders show how far it rolled on.
+
+        It is listened to before it is woken, which would end its mode: a base that still obeys has
+        not been lifted.
+
+        Args:
+            now: Time [s].
+            slept: Whether this machine was suspended meanwhile, for a time that `now` lacks.
+        """
         self._stream = StreamParser(STREAMED)
         self._commanded.clear()
-        self._wanted, self._wheels, self._extra_commands = STOP, (0.0, 0.0), b""
-        self._oi_mode.woken_at = -math.inf
-        self._oi_mode.expect_return(self.state, now)
+        self._wanted, self._wheels = STOP, (0.0, 0.0)
+        self._opened_at, self._is_back, self._slept = now, True, slept
+        self._extra_commands = SURE_STOP
+        if self._oi_mode.turns_by_itself:
+            self._extra_commands, self._oi_mode.woken_at = REST_BY_FORCE, now
 
     def restore(
         self,
@@ -137,6 +149,7 @@ class RoombaControl:
             return
         self._odometry.restore(state.T_odom_base, counts)
         self._oi_mode.take_over(state, now)
+        self._is_back = self._stopped = True
         self.state = replace(state, mode=BaseMode.PASSIVE)
 
     @property
@@ -188,12 +201,18 @@ class RoombaControl:
         pressed, self._pressed = self._pressed, state.buttons
         new = state.buttons - pressed
         self.state = replace(state, buttons=state.buttons - new) if new else state
+        if before is not None and (self._is_back or elapsed > self._config.silence_timeout):
+            silence = math.inf if self._slept else elapsed
+            self._oi_mode.return_from_silence(before, silence, stopped_by_us=self._stopped)
+            self._is_back = self._slept = self._stopped = False
         touched = before is not None and (before.blocked or any(before.cliffs))
         if (state.blocked or any(state.cliffs)) and not touched:
             self._wanted, self._must_stop = STOP, True  # until the program commands again
         if before is not None and before.mode.obeys and not state.mode.obeys:
             self._commanded.clear()
         self._oi_mode.update(before, self.state, now)
+        if self._oi_mode.maybe_moved:
+            self.state = replace(self.state, maybe_moved=True)
         right, left = self._commanded.latest or (0, 0)
         ahead = right == left > 0 and not any(self._odometry.at_rest)
         self._caster_wheel.observe(state, ahead=ahead)
@@ -237,7 +256,9 @@ class RoombaControl:
         """Bytes to send besides speeds, to start the stream and to change the mode."""
         if not self._hears(now):
             return self._wake_up(now)
-        request = self._oi_mode.request(now)
+        asked = now - self._ordered_at < self._config.command_timeout - 1e-9
+        rolls = not all(self._odometry.at_rest)
+        request = self._oi_mode.request(now, asked=asked, rolls=rolls)
         if request:
             self._wanted = STOP
         return request
@@ -245,20 +266,22 @@ class RoombaControl:
     def _wake_up(self, now: float) -> bytes:
         """Bytes to send to a base that is silent."""
         state, oi_mode = self.state, self._oi_mode
-        silent_since = -math.inf if state is None else state.stamp
+        heard_at = -math.inf if state is None else state.stamp
+        silent_since = max(heard_at, self._opened_at)
         rolled = self._rolled_at >= silent_since or not all(self._odometry.at_rest)
         obeyed = state is not None and state.mode.obeys
-        if obeyed and rolled and now - silent_since <= RETRY_PERIOD:
-            # A corrupt byte may have ended all (Stop, 173): it rolls on until it is in Safe mode.
-            runs_away, since, patience = True, oi_mode.woken_at, AT_ONCE
-        else:
-            # A former command may still have to stop the wheels: Start would end Safe mode.
-            runs_away, since = False, max(oi_mode.woken_at, silent_since)
-            patience = RETRY_PERIOD
-        if now - since < patience - 1e-9:
+        early = now - silent_since <= RETRY_PERIOD
+        runs_away = obeyed and rolled and now - heard_at <= RETRY_PERIOD
+        # A corrupt byte may have ended all (Stop, 173): it rolls on until it is in Safe mode. On
+        # its way to the dock no other mode stops it. Else a former command may still have to stop
+        # the wheels: Start would end Safe mode.
+        at_once = runs_away or (oi_mode.turns_by_itself and early)
+        since = oi_mode.woken_at if at_once else max(oi_mode.woken_at, silent_since)
+        if now - since < (AT_ONCE if at_once else RETRY_PERIOD) - 1e-9:
             return b""
-        oi_mode.expect_return(state, now)
         oi_mode.woken_at, self._wanted = now, STOP
+        if oi_mode.turns_by_itself:
+            return REST_BY_FORCE + _STREAM
         return SURE_STOP + WAKE_UP + (oi_mode.request_unheard(now) if runs_away else b"")
 
     def _next_wheels(self, now: float) -> tuple[int, int]:
@@ -267,7 +290,7 @@ class RoombaControl:
         self._stepped_at = now
         # A stop is never ramped, whoever asks for it: program, person or reflex.
         at_once = self._wanted == STOP or self._must_stop or self._distrusted_at is not None
-        at_once = at_once or not self._hears(now)
+        at_once = at_once or not self._hears(now) or self._oi_mode.holds
         self._must_stop = False
         if self._wanted != STOP and now - self._wanted_at > config.command_timeout - 1e-9:
             level = logging.WARNING if now - self._warned_at > _WARN_AGAIN else logging.DEBUG

@@ -152,6 +152,7 @@ class RoombaService:
         self._lost_at = now()
         self._retry_at = self._lost_at + _FIRST_RETRY  # frames from before the stop are not read
         self._backoff = _FIRST_RETRY
+        self._slept = False
 
     def execute(self, order: Order) -> None:
         """Carry out an order that was sent through a `Link`."""
@@ -218,6 +219,7 @@ class RoombaService:
 
     def wake(self) -> None:
         """Stop the wheels after the machine was suspended, and open the port anew."""
+        self._slept = True
         if self._port is not None:
             self._lose(self._port, "this machine was suspended; keep it from sleeping")
 
@@ -248,7 +250,8 @@ class RoombaService:
                 self._reports.append(Trouble(f"{error}; then launch again", final=True))
             return
         logger.warning("%s: the base is back after %.1f s", self.name, now - self._lost_at)
-        self._control.reconnect(now)
+        self._control.reconnect(now, slept=self._slept)
+        self._slept = False
         self._reports.append(Trouble(""))
 
 

@@ -1,9 +1,11 @@
 """Safe and Full mode, and what the base does not do with a charger plugged in."""
 
+import pytest
+
 from drivers.roomba.packets import ChargingSources, Packet
 from sim_stubs.world.body import Contacts
 from tests.helpers.roomba_rig import PERIOD
-from vizbot.core.types import BaseMode, Twist
+from vizbot.core.types import STOP, BaseMode, Twist
 
 
 def test_with_a_charger_plugged_in_it_is_not_asked_to_obey(rig, caplog):
@@ -53,15 +55,22 @@ def test_without_it_safe_mode_does_not_come_back(rig):
     assert rig.base.read().mode is BaseMode.PASSIVE
 
 
-def test_on_its_dock_a_base_that_was_silent_obeys_again(rig):
-    rig.drive(Twist(0.0, 0.0), 1.0)
-    publish, rig.stub.publish = rig.stub.publish, lambda: None
+@pytest.mark.parametrize("docked_before", [True, False])
+def test_on_its_dock_a_base_that_was_silent_briefly_obeys_again_if_it_stood_there_before(
+    rig, docked_before
+):
     rig.stub._keep_safe = lambda: None  # its dock does not end Safe mode
+    if docked_before:
+        rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
+    rig.drive(STOP, 1.0)
+    publish, rig.stub.publish = rig.stub.publish, lambda: None
     rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
-    rig.clock.sleep(1.0)
+    rig.clock.sleep(0.8)
+    assert rig.stub.mode is BaseMode.PASSIVE
     rig.stub.publish = publish
     rig.clock.sleep(1.0)
-    assert rig.stub.mode is BaseMode.SAFE
+    assert rig.base.read().mode.obeys == docked_before
+    assert rig.base.read().maybe_moved != docked_before
 
 
 def test_in_full_mode_too_a_cable_of_a_charger_is_not_driven_with(open_rig):

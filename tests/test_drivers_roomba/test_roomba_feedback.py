@@ -12,7 +12,7 @@ from sim_stubs.roomba.dock import SimulatedDock
 from tests.helpers.roomba_rig import PERIOD, Rig
 from vizbot.core.geometry import planar
 from vizbot.core.observer import GoalReport, Outcome
-from vizbot.core.types import BaseMode, Charging, Feedback, Twist
+from vizbot.core.types import STOP, BaseMode, Charging, Feedback, Twist
 from vizbot.operator.session.notifications import OutcomeFeedback
 
 
@@ -71,7 +71,7 @@ def test_closing_stops_a_base_on_its_way_to_the_dock(charging):
     with rig.stub:
         rig.stub.overrides[Packet.CHARGING_STATE] = charging
         rig.base.dock()
-        rig.clock.sleep(0.5)
+        rig.drive(STOP, 0.5)
         assert rig.floor.speeds != (0.0, 0.0)
         rig.base.close()
         rig.clock.sleep(2 * PERIOD)
@@ -83,7 +83,7 @@ def test_silence_on_the_dock_does_not_end_the_charging():
     rig = DockRig()
     with rig.stub, rig.base:
         rig.base.dock()
-        rig.clock.sleep(15.0)
+        rig.drive(STOP, 15.0)
         assert rig.base.read().docked
         publish, rig.stub.publish = rig.stub.publish, lambda: None
         rig.clock.sleep(2.0)

@@ -54,9 +54,9 @@ def test_a_base_that_speaks_again_is_read_again_and_obeys_again(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
     publish = rig.stub.publish
     rig.stub.publish = lambda: None
-    rig.clock.sleep(1.0)
+    rig.clock.sleep(0.7)
     rig.stub.publish = publish
-    rig.clock.sleep(3 * PERIOD)
+    rig.clock.sleep(7 * PERIOD)
     state = rig.base.read()
     assert state.stamp == pytest.approx(rig.clock.now() - PERIOD)
     assert state.mode is BaseMode.SAFE

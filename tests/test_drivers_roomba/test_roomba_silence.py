@@ -64,10 +64,10 @@ def test_where_a_spoilt_byte_ends_all_it_soon_rests_and_obeys_whatever_byte_is_l
 
 
 def test_a_frame_from_before_it_was_woken_does_not_end_the_asking(rig):
-    rig.drive(Twist(0.2, 0.0), 0.3)
+    rig.clock.sleep(0.3)
     publish, said = rig.stub.publish, rig.stub._line.send
     rig.stub.publish = lambda: None
-    rig.clock.sleep(0.5 + 0.5 + 3 * PERIOD)
+    rig.clock.sleep(0.5 + 3 * PERIOD)
     assert rig.stub.mode is BaseMode.PASSIVE  # woken
     rig.stub.overrides[Packet.OI_MODE] = BaseMode.SAFE
     publish()  # late

@@ -204,7 +204,7 @@ def test_another_task_takes_a_base_that_looks_for_its_dock_back(robot):
     there = robot(planar(0.0, 0.0, 0.0), dock=None)
     while there.pipeline.tick(Task.DOCK).activity != "docking":
         pass
-    there.clock.sleep(0.5)
+    there.clock.sleep(0.2)
     assert there.base.read().mode is BaseMode.PASSIVE
     there.pipeline.tick(Task.MAP)
     there.clock.sleep(1.0)

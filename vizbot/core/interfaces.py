@@ -71,7 +71,8 @@ class Base(Device, Protocol):
     def dock(self) -> None:
         """Make the base look for its dock by itself; it obeys no `drive` until `resume`.
 
-        `read().docked` shows when it is there.
+        It looks only while `drive` goes on being called, with whatever twist: else it is stopped,
+        as a base that drives is. `read().docked` shows when it is there.
 
         Raises:
             DeviceError: the base is gone or closed.

@@ -175,6 +175,8 @@ class BaseState:
         voltage: Voltage of the battery [V].
         current: Into the battery [A]; negative while it is drained.
         song_playing: Whether a song is playing.
+        maybe_moved: It left the mode in which it obeys while nobody heard it, so that somebody may
+            have moved it. It rests until it is asked to obey again.
     """
 
     stamp: float
@@ -204,6 +206,7 @@ class BaseState:
     voltage: float | None = None
     current: float | None = None
     song_playing: bool = False
+    maybe_moved: bool = False
 
     @property
     def bumped(self) -> bool:

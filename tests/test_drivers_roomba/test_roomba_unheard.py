@@ -1,0 +1,342 @@
+"""What happens to the base while nobody hears it, and when it turns its wheels unasked after that.
+
+Whoever cannot hear it cannot know whether it was lifted and put down elsewhere.
+"""
+
+import math
+
+import pytest
+
+from drivers.roomba.config import RoombaConfig
+from drivers.roomba.drive_command import SURE_STOP
+from drivers.roomba.packets import ChargingSources, Packet
+from drivers.roomba.service import RoombaService
+from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.dock import SimulatedDock
+from sim_stubs.world.body import Contacts
+from tests.helpers.roomba_rig import PERIOD, Rig
+from vizbot.core.errors import DeviceError, DeviceTimeoutError
+from vizbot.core.geometry import planar
+from vizbot.core.types import STOP, BaseMode, Twist
+
+LIFTED = Contacts(wheel_drops=(True, True))
+AHEAD = Twist(0.2, 0.0)
+
+
+class LooseRig(Rig):
+    """A rig whose cable can be pulled out and put back; `asleep` keeps its clock from counting."""
+
+    def __init__(self, **settings):
+        self.out = False
+        super().__init__(**settings)
+
+    def open_port(self):
+        if self.out:
+            raise DeviceError("no such port")
+        return LoosePort(self, super().open_port())
+
+
+class LoosePort:
+    def __init__(self, rig, port):
+        self.rig, self.port, self.name, self.close = rig, port, port.name, port.close
+
+    @property
+    def in_waiting(self):
+        self.require()
+        return self.port.in_waiting
+
+    def read(self, size):
+        self.require()
+        return self.port.read(size)
+
+    def write(self, sent):
+        self.require()
+        return self.port.write(sent)
+
+    def require(self):
+        if self.rig.out:
+            raise OSError("device disconnected")
+
+
+class DockRig(LooseRig):
+    """Before a dock, which stands ahead."""
+
+    def stub_on(self, floor, encoder_counts):
+        return SimulatedRoomba(floor, encoder_counts, SimulatedDock(planar(1.5, 0.3, math.pi)))
+
+
+@pytest.fixture
+def loose(request):
+    rigs = []
+
+    def build(kind=LooseRig, **settings):
+        rigs.append(kind(**settings))
+        rigs[-1].drive(STOP, 0.3)
+        return rigs[-1]
+
+    yield build
+    for rig in rigs:
+        rig.base.close()
+        rig.stub.close()
+
+
+def cut(rig, seconds, meanwhile=None):
+    """Take the cable out while it drives, and put it back; `meanwhile` says what it feels."""
+    rig.out = True
+    rig.drive(AHEAD, seconds / 3)
+    rig.floor.contacts = meanwhile or Contacts()
+    rig.drive(AHEAD, seconds / 3)
+    rig.floor.contacts = Contacts()
+    rig.drive(AHEAD, seconds / 3)
+    rig.out = False
+
+
+def rolled(rig, seconds):
+    """How far the wheels turn while the program asks it to drive ahead [m]."""
+    before = rig.floor.wheel_travel[0]
+    rig.drive(AHEAD, seconds)
+    return rig.floor.wheel_travel[0] - before
+
+
+@pytest.mark.parametrize("seconds", [0.6, 6.0])
+def test_lifted_and_put_down_with_the_cable_out_it_rests_until_somebody_says_go_on(
+    loose, seconds, caplog
+):
+    rig = loose()
+    rig.drive(AHEAD, 0.5)
+    cut(rig, seconds, LIFTED)
+    assert rolled(rig, 3.0) == 0.0
+    state = rig.base.read()
+    assert state.maybe_moved and state.mode is BaseMode.PASSIVE
+    assert "somebody may have moved it" in caplog.text
+    rig.base.resume()
+    assert rolled(rig, 0.5) > 0.05
+    assert not rig.base.read().maybe_moved
+
+
+def test_with_resume_safe_it_drives_on_all_the_same(loose):
+    rig = loose(resume_safe=True)
+    rig.drive(AHEAD, 0.5)
+    cut(rig, 6.0, LIFTED)
+    assert rolled(rig, 3.0) > 0.1
+    assert not rig.base.read().maybe_moved
+
+
+@pytest.mark.parametrize("seconds", [0.3, 0.6, 6.0])
+def test_a_base_that_obeys_as_before_when_its_cable_is_back_was_not_lifted_and_drives_on(
+    loose, seconds
+):
+    rig = loose()
+    rig.drive(AHEAD, 0.5)
+    cut(rig, seconds)
+    assert rolled(rig, 1.5) > 0.1
+    assert not rig.base.read().maybe_moved
+
+
+def test_in_full_mode_a_lift_leaves_no_trace_and_a_long_silence_is_asked_about(loose):
+    brief, long = (loose(full_mode=True) for _ in range(2))
+    for rig, seconds, drives in ((brief, 0.6, True), (long, 6.0, False)):
+        rig.drive(AHEAD, 0.5)
+        cut(rig, seconds)
+        assert (rolled(rig, 1.5) > 0.1) == drives
+        assert rig.base.read().maybe_moved != drives
+
+
+def silence(rig, seconds, meanwhile=None, at_the_end=None, twist=STOP):
+    """The base sends nothing; what it feels meanwhile, and when it is heard again."""
+    publish, rig.stub.publish = rig.stub.publish, lambda: None
+    rig.drive(twist, seconds / 2)
+    rig.floor.contacts = meanwhile or Contacts()
+    rig.drive(twist, seconds / 2)
+    rig.floor.contacts = at_the_end or Contacts()
+    rig.stub.publish = publish
+
+
+@pytest.mark.parametrize(
+    ("seconds", "at_the_end", "drives"),
+    [
+        (0.7, None, True),
+        (1.5, None, False),
+        (0.7, LIFTED, False),
+        (0.7, Contacts(cliffs=(False, True, True, False)), False),
+    ],
+)
+@pytest.mark.parametrize("twist", [STOP, AHEAD])
+def test_after_a_start_of_ours_it_drives_on_only_if_it_was_brief_and_nothing_shows(
+    loose, seconds, at_the_end, drives, twist
+):
+    rig = loose()
+    rig.drive(twist, 0.3)
+    silence(rig, seconds, at_the_end=at_the_end, twist=twist)
+    rig.drive(AHEAD, 0.1)
+    rig.floor.contacts = Contacts()
+    assert (rolled(rig, 2.0) > 0.1) == drives
+    assert rig.base.read().maybe_moved != drives or rig.base.read().mode is BaseMode.PASSIVE
+
+
+@pytest.mark.parametrize("source", ChargingSources)
+def test_a_charger_that_was_plugged_in_unheard_shows_that_somebody_was_there(loose, source):
+    rig = loose()
+    silence(rig, 0.7)
+    rig.stub.overrides[Packet.CHARGING_SOURCES] = source
+    rig.drive(AHEAD, 0.3)
+    del rig.stub.overrides[Packet.CHARGING_SOURCES]
+    assert rolled(rig, 2.0) == 0.0
+    assert rig.base.read().maybe_moved
+
+
+def test_a_silence_while_it_is_asked_to_obey_again_is_judged_anew(loose):
+    rig = loose()
+    silence(rig, 0.7)
+    rig.drive(AHEAD, 2 * PERIOD)
+    assert rig.base.read().mode is BaseMode.PASSIVE  # it will be asked in a moment
+    silence(rig, 1.5, LIFTED)
+    assert rolled(rig, 2.0) == 0.0
+    assert rig.base.read().maybe_moved
+
+
+def test_a_suspended_machine_does_not_know_how_long_it_slept(loose):
+    rig = loose()
+    service = rig.base._link._service
+    rig.drive(AHEAD, 0.5)
+    service.wake()
+    rig.stub.mode = BaseMode.PASSIVE  # somebody lifted it meanwhile
+    assert rolled(rig, 0.5) < 0.05  # until the port is open again
+    assert rolled(rig, 2.0) == 0.0
+    assert rig.base.read().maybe_moved
+
+
+def test_what_cleans_because_its_button_was_pressed_unheard_is_stopped(loose):
+    rig = loose()
+    silence(rig, 1.5)
+    rig.stub._wheels.turn(200.0, 200.0)  # Clean in Passive mode
+    rig.clock.sleep(1.0)
+    assert rig.base.read().maybe_moved
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.stub._wheels.turn(200.0, 200.0)  # and once more, heard
+    rig.clock.sleep(0.5)
+    assert rig.floor.speeds == (0.0, 0.0)
+    assert rig.stub.mode is BaseMode.PASSIVE
+
+
+def replaced(rig, last_heard, mode):
+    """A service that goes on where another one ended, after the watchdog's stop."""
+    before = rig.base._link._service.checkpoint()
+    rig.base.close()
+    rig.clock.sleep(last_heard)
+    rig.stub.mode = mode
+    service = RoombaService(rig.open_port, rig.clock.now, RoombaConfig(), before)
+    rig.clock.repeat(service.step)
+    return service
+
+
+@pytest.mark.parametrize(
+    ("seconds", "contacts", "obeys"), [(0.5, None, True), (1.5, None, False), (0.5, LIFTED, False)]
+)
+def test_a_service_that_replaces_another_one_decides_by_the_same_rule(
+    loose, seconds, contacts, obeys
+):
+    rig = loose()
+    rig.drive(AHEAD, 0.3)
+    service = replaced(rig, seconds, BaseMode.PASSIVE)
+    rig.floor.contacts = contacts or Contacts()
+    rig.clock.sleep(0.4)
+    rig.floor.contacts = Contacts()
+    rig.clock.sleep(1.0)
+    state = service.checkpoint().state
+    assert (state.mode is BaseMode.SAFE) == obeys
+    assert state.maybe_moved != obeys
+    assert (rig.stub.mode is BaseMode.SAFE) == obeys
+
+
+def test_a_base_that_rests_until_somebody_says_go_on_does_so_under_the_next_service(loose):
+    rig = loose()
+    silence(rig, 1.5)
+    rig.drive(AHEAD, 0.3)
+    assert rig.base.read().maybe_moved
+    service = replaced(rig, 0.4, BaseMode.PASSIVE)
+    rig.clock.sleep(1.0)
+    assert service.checkpoint().state.maybe_moved
+    assert rig.stub.mode is BaseMode.PASSIVE
+
+
+def test_a_program_that_hangs_while_the_base_seeks_its_dock_has_it_stopped_in_safe_mode(loose):
+    rig = loose(DockRig)
+    rig.base.dock()
+    rig.drive(STOP, 1.0)
+    assert rig.floor.speeds != (0.0, 0.0) and rig.stub.mode is BaseMode.PASSIVE
+    began = rig.clock.now()
+    while rig.floor.speeds != (0.0, 0.0):
+        rig.clock.sleep(PERIOD)
+        assert rig.clock.now() - began < 0.3 + 3 * PERIOD
+    before = rig.floor.wheel_travel
+    rig.clock.sleep(3.0)
+    assert rig.floor.wheel_travel == before
+    assert rig.stub.mode is BaseMode.SAFE
+    rig.drive(STOP, 1.0)  # it goes on, and so does what it asked for
+    assert rig.floor.speeds != (0.0, 0.0)
+
+
+def test_on_its_dock_a_base_charges_on_without_any_order(loose):
+    rig = loose(DockRig)
+    rig.base.dock()
+    rig.drive(STOP, 40.0)
+    assert rig.base.read().docked
+    rig.clock.sleep(5.0)
+    assert rig.stub.mode is BaseMode.PASSIVE
+
+
+@pytest.mark.parametrize(("seconds", "seeks"), [(0.7, True), (2.0, False)])
+def test_silence_while_the_base_seeks_its_dock_stops_it_and_the_same_rule_says_what_follows(
+    loose, seconds, seeks
+):
+    rig = loose(DockRig)
+    rig.base.dock()
+    rig.drive(STOP, 1.0)
+    publish, rig.stub.publish = rig.stub.publish, lambda: None
+    rig.drive(STOP, 0.3)
+    assert rig.floor.speeds == (0.0, 0.0)
+    before = rig.floor.wheel_travel
+    rig.drive(STOP, seconds - 0.3)
+    assert rig.floor.wheel_travel == before
+    rig.stub.publish = publish
+    rig.drive(STOP, 1.0)
+    assert (rig.floor.speeds != (0.0, 0.0)) == seeks
+    assert rig.base.read().maybe_moved != seeks
+
+
+def test_a_cable_that_was_out_while_the_base_sought_its_dock_has_it_stopped_first(loose):
+    rig = loose(DockRig)
+    rig.base.dock()
+    rig.drive(STOP, 1.0)
+    rig.out = True
+    rig.drive(STOP, 2.0)
+    assert rig.floor.speeds != (0.0, 0.0)  # no command reaches it
+    rig.out = False
+    rig.drive(STOP, 0.45)
+    assert rig.floor.speeds == (0.0, 0.0)
+    rig.drive(STOP, 0.5)
+    assert rig.base.read().maybe_moved
+
+
+def test_the_first_command_once_the_cable_is_back_stops_the_wheels(loose):
+    rig = loose()
+    rig.drive(AHEAD, 0.5)
+    rig.out = True
+    with pytest.raises(DeviceTimeoutError):
+        while True:
+            rig.drive(AHEAD, PERIOD)
+            rig.base.read()
+    rig.out = False
+    sent = []
+    opened = rig.open_port
+
+    def listened():
+        port = opened()
+        port.write = lambda data, write=port.write: (sent.append(data), write(data))[1]
+        return port
+
+    rig.base._link._service._open_port = listened
+    while not sent:
+        rig.drive(AHEAD, PERIOD)
+    assert sent[0].startswith(SURE_STOP)
