@@ -90,4 +90,6 @@ def _drive(pipeline: Pipeline, task: Goal | Task, max_steps: int) -> tuple[Outco
             return Outcome.GAVE_UP, "the camera has ended"
         if step.ended is not None:
             return step.ended
+        if step.question is not None:  # nobody is there to be asked
+            return Outcome.GAVE_UP, step.question.unanswered
     return Outcome.GAVE_UP, f"not done within {max_steps} steps"

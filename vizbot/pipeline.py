@@ -184,7 +184,7 @@ class Pipeline:
         if state is None:
             estimate = perception.update(frame, None)
         else:
-            lifted = all(state.wheel_drops)
+            lifted = all(state.wheel_drops) or state.maybe_moved
             estimate = perception.update(frame, state.T_odom_base, lifted=lifted)
         T_map_base = perception.base_of(estimate)
         self.map.places.observe(state, estimate, T_map_base)
@@ -208,6 +208,9 @@ class Pipeline:
     def _decide_for_safety(self, task: Errand, tracked: _TrackedFrame) -> Decision | None:
         """What comes before any search; None where the task may go on."""
         base, state = self._devices.base, tracked.state
+        if state is not None and state.maybe_moved:
+            self._docking.forget()
+            return self.map.safety.stop_for_good(state, self._devices.clock.now())
         if base is not None and state is not None:
             self._docking.prepare(base, state, task)
         if task is Task.MAP:
@@ -295,6 +298,7 @@ class Pipeline:
             seen_share=self.map.exploration.frontiers.seen_share,
             candidate_xy=None if goal is None else self._candidate_xy(decision),
             decided_score=decision.score,
+            question=decision.question,
         )
         self.steps += 1
         self._observers.on_step(step)

@@ -39,6 +39,8 @@ _TOO_SHORT = 1.0
 """A silence shorter than this leaves nobody the time to carry the base elsewhere [s]."""
 _FIRST_FRAMES = 4
 """Frames after a silence that show what the base feels before it may drive; one may be corrupt."""
+_OLD = 0.3
+"""Largest age of a frame that was read late [s]: they wait while a process does not run."""
 _COASTS = 0.3
 """Longest time that wheels turn on after the base has left the mode by itself [s]."""
 REST_BY_FORCE = COMPLETION + encode(Opcode.SAFE) + SURE_STOP + encode(Opcode.START)
@@ -205,7 +207,6 @@ class OiModeKeeper:
 
     def _judge_return(self, back: _Return, state: BaseState, now: float) -> None:
         """Decide by the first frames after a silence whether the base may be driven on unasked."""
-        back.frames += 1
         charger = state.on_charger and not back.charged
         back.hindered |= any(state.cliffs) or any(state.wheel_drops) or charger
         woken = self.woken_at > back.last_heard
@@ -213,10 +214,11 @@ class OiModeKeeper:
             self._returned = None
             return
         if state.mode.obeys and not self._docks and (back.brief or self.goal is not BaseMode.FULL):
-            # It obeys at most in a late frame, unless it never left the mode.
-            if self._requested_at >= self.woken_at or not woken or back.frames >= _FIRST_FRAMES:
-                self._returned = None
+            # Right after a Start of ours frames from before it may still come.
+            late = woken and self.woken_at > self._requested_at and now - self.woken_at < _OLD
+            self._returned = self._returned if late else None
             return
+        back.frames += 1
         if back.frames < _FIRST_FRAMES:
             return
         self._returned = None

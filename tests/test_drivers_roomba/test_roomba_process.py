@@ -19,11 +19,19 @@ from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from drivers.roomba.service import Drive, Trouble
 from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.free_floor import FreeFloor
-from tests.helpers.roomba_rig import DEADLINE, HangingAddress, SleepyAddress, wait_for
+from tests.helpers.roomba_rig import (
+    DEADLINE,
+    HangingAddress,
+    SleepyAddress,
+    TimedFloor,
+    wait_for,
+)
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
+from vizbot.core.geometry import planar
 from vizbot.core.types import BaseMode, BaseState, Twist
 
 pytestmark = pytest.mark.alone
@@ -42,6 +50,7 @@ while True:
     base.drive(Twist(0.2, 0.0))
     clock.sleep(0.02)
 """
+DOCKING = PROGRAM.replace("while True:", "base.dock()\nwhile True:")
 
 
 class RestingFloor(FreeFloor):
@@ -252,17 +261,109 @@ def test_a_program_that_dies_beside_a_service_that_hangs_leaves_wheels_at_rest(
     wait_for(lambda: not Path(f"/proc/{watchdog}").exists())
 
 
-def test_a_machine_that_pauses_as_a_whole_is_no_hang(stub, floor, caplog):
+def children_of(pid):
+    return [int(n) for n in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def pair_of(program):
+    """The watchdog of a driving program and its service."""
+    watchdog = children_of(program.pid)[-1]
+    return [watchdog, *children_of(watchdog)]
+
+
+def test_a_machine_that_pauses_as_a_whole_is_no_hang(stub, floor, driving):
+    pair = pair_of(driving)
+    for number in (signal.SIGSTOP, signal.SIGCONT):
+        for pid in (driving.pid, *pair):
+            os.kill(pid, number)
+        time.sleep(0.6)
+    wait_for(lambda: not still(floor))
+    assert pair_of(driving) == pair
+
+
+@pytest.fixture
+def timed():
+    floor = TimedFloor()
+    with on_wall_clock(SimulatedRoomba(floor)) as stub:
+        yield stub, floor
+
+
+@pytest.mark.parametrize("both", [True, False])
+def test_a_watchdog_that_hangs_is_killed_by_the_program_which_stops_the_wheels(timed, both, caplog):
+    stub, floor = timed
     clock, config = WallClock(), RoombaConfig()
     link = ProcessLink(SerialAddress(stub.path).open, config)
     with Roomba(link, clock, config) as base:
-        service = service_of(link)
-        for number in (signal.SIGSTOP, signal.SIGCONT):
-            os.killpg(link.pid, number)
-            time.sleep(0.6)
-        drive_until(base, lambda: not still(floor))
-        assert service_of(link) == service
-        assert "stopping the wheels" not in caplog.text
+        drive_until(base, lambda: floor.speeds[0] > 0.15)
+        watchdog, service = link.pid, service_of(link)
+        hung = time.monotonic()
+        for pid in (service, watchdog) if both else (watchdog,):
+            os.kill(pid, signal.SIGSTOP)
+        drive_until(base, lambda: floor.rest_since is not None)
+        assert floor.rest_since - hung < 0.6
+        assert "gave no sign of life for 0.35 s: stopped the wheels" in caplog.text
+        for pid in (service, watchdog):
+            wait_for(lambda pid=pid: not Path(f"/proc/{pid}").exists())
+        wait_for(lambda: link.pid != watchdog and service_of(link))
+        assert floor.rest_since is not None  # until there is a new pair
+        drive_until(base, lambda: moves_again(base, floor))
+        wait_for(lambda: floor.speeds == (0.0, 0.0))
+        wait_for(lambda: abs(base.read().T_odom_base[0, 3] - floor.T_world_base[0, 3]) < 1e-3)
+
+
+def moves_again(base, floor):
+    """Whether it drives; where that took longer than a moment somebody says to go on."""
+    with suppress(DeviceTimeoutError):
+        if base.read().maybe_moved:
+            assert floor.speeds == (0.0, 0.0)
+            base.resume()
+    return floor.speeds[0] > 0.15
+
+
+def test_a_pair_that_hangs_again_and_again_is_given_up(timed):
+    stub, floor = timed
+    clock, config = WallClock(), RoombaConfig()
+    link = ProcessLink(SerialAddress(stub.path).open, config)
+    with Roomba(link, clock, config) as base:
+        for _ in range(4):
+            wait_for(lambda: service_of(link))
+            watchdog = link.pid
+            os.killpg(watchdog, signal.SIGSTOP)
+            wait_for(lambda: not Path(f"/proc/{watchdog}").exists())  # noqa: B023
+        with pytest.raises(DeviceError, match="the process of the base ended"):
+            wait_for(lambda: base.read() is None)
+        assert floor.speeds == (0.0, 0.0)
+
+
+def test_a_pair_that_hangs_while_the_link_is_closed_leaves_wheels_at_rest(timed):
+    stub, floor = timed
+    clock, config = WallClock(), RoombaConfig()
+    link = ProcessLink(SerialAddress(stub.path).open, config)
+    with Roomba(link, clock, config) as base:
+        drive_until(base, lambda: floor.speeds[0] > 0.15)
+        os.killpg(link.pid, signal.SIGSTOP)
+    assert not link._process.is_alive()
+    wait_for(lambda: floor.speeds == (0.0, 0.0) and stub.mode is BaseMode.PASSIVE)
+
+
+def test_a_program_that_hangs_while_the_base_seeks_its_dock_leaves_wheels_at_rest():
+    floor = TimedFloor()
+    dock = SimulatedDock(planar(2.0, 0.3, 3.14))
+    with on_wall_clock(SimulatedRoomba(floor, dock=dock)) as stub:
+        program = subprocess.Popen([sys.executable, "-c", DOCKING, stub.path])
+        try:
+            wait_for(lambda: stub.mode is BaseMode.PASSIVE and floor.wheel_travel[0] != 0.0)
+            hung = time.monotonic()
+            program.send_signal(signal.SIGSTOP)
+            wait_for(lambda: floor.rest_since is not None and stub.mode is BaseMode.SAFE)
+            assert floor.rest_since - hung < 0.6
+            before = floor.wheel_travel
+            time.sleep(1.0)
+            assert floor.wheel_travel == before
+        finally:
+            program.kill()
+            program.wait()
+            wait_for(lambda: stub.mode is BaseMode.PASSIVE)
 
 
 def test_a_machine_that_was_suspended_stops_the_wheels_before_it_drives_on(

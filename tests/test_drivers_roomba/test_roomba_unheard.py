@@ -185,6 +185,23 @@ def test_a_charger_that_was_plugged_in_unheard_shows_that_somebody_was_there(loo
     assert rig.base.read().maybe_moved
 
 
+def test_frames_that_waited_to_be_read_do_not_say_how_a_base_fares_that_was_woken_since(loose):
+    rig = loose()
+    publish, rig.stub.publish = rig.stub.publish, lambda: None
+    said = []
+    send, rig.stub._line.send = rig.stub._line.send, said.append
+    for _ in range(40):
+        rig.drive(STOP, PERIOD)
+        publish()
+    rig.stub._line.send = send
+    assert rig.stub.mode is BaseMode.PASSIVE  # woken
+    for frame in said[:20]:
+        send(frame)
+    rig.stub.publish = publish
+    rig.drive(STOP, 0.5)
+    assert rig.base.read().mode is BaseMode.SAFE
+
+
 def test_a_silence_while_it_is_asked_to_obey_again_is_judged_anew(loose):
     rig = loose()
     silence(rig, 0.7)

@@ -2,9 +2,25 @@
 
 from __future__ import annotations
 
-from vizbot.core.observer import Outcome
+from vizbot.core.observer import Outcome, Question
 from vizbot.core.types import STOP, BaseState
 from vizbot.objectnav.tasks import Decision
+
+MAYBE_MOVED = Question(
+    "somebody may have moved me: go on?",
+    "somebody may have moved the robot while its base was not heard; look at it and start again,"
+    " or set resume_safe in [roomba]",
+)
+
+
+def ask_whether_moved(state: BaseState) -> Decision | None:
+    """What to do with a base that somebody may have moved unheard; None with any other.
+
+    Its pose counts for nothing: once somebody says to go on, the robot finds its place first.
+    """
+    if not state.maybe_moved:
+        return None
+    return Decision(STOP, MAYBE_MOVED.text, question=MAYBE_MOVED)
 
 
 class BaseModeMonitor:

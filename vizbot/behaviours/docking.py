@@ -57,6 +57,10 @@ class Docking:
             base.dock()
             self._parked = True
 
+    def forget(self) -> None:
+        """Take it that the base neither looks for its dock nor waits on it."""
+        self._seeking_since, self._parked = None, False
+
     def seek_dock(self, base: Base, now: float) -> Decision:
         """Make the base look for its dock from here."""
         base.dock()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vizbot.behaviours.base_mode import BaseModeMonitor
+from vizbot.behaviours.base_mode import BaseModeMonitor, ask_whether_moved
 from vizbot.behaviours.contact_recovery import ContactRecovery
 from vizbot.behaviours.lifting import Lifting
 from vizbot.behaviours.undocking import Undocking
@@ -71,6 +71,8 @@ class SafetyBehaviours:
         if Button.CLEAN in state.buttons:
             pressed = "somebody pressed Clean on the base"
             return Decision(STOP, "stopped by hand", ended=(Outcome.GAVE_UP, pressed))
+        if (asks := ask_whether_moved(state)) is not None:
+            return asks
         if any(state.wheel_drops) and not self._lifting.lifted:
             self._contacts.forget_edge()
         return self._lifting.decide(state, now)

@@ -113,6 +113,19 @@ def headline(goal: str, outcome: Outcome, effort: Effort | None) -> str:
     return words if effort is None else f"{words} after {effort}"
 
 
+@dataclass(frozen=True, slots=True)
+class Question:
+    """What only a person can say; the robot rests until somebody says to go on.
+
+    Attributes:
+        text: The question, in plain words.
+        unanswered: Why the task ends where nobody can be asked, in one line, with the remedy.
+    """
+
+    text: str
+    unanswered: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Step:
     """One run of the paper's Algorithm 1, or one frame of a recording.
@@ -152,6 +165,8 @@ class Step:
         candidate_xy: (2,) x, y in `map` [m] of the place that the robot goes up to because it may
             be the goal; None without one.
         decided_score: Score of the place that this step is done for; None where it is for none.
+        question: What it asks people, whose answer every task waits for; None where it asks
+            nothing.
     """
 
     index: int
@@ -181,6 +196,7 @@ class Step:
     seen_share: float | None = None
     candidate_xy: NDArray[np.float64] | None = None
     decided_score: float | None = None
+    question: Question | None = None
 
     @property
     def shown_score(self) -> float | None:

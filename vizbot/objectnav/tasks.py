@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.background.phrases import other_rooms
-from vizbot.core.observer import Outcome
+from vizbot.core.observer import Outcome, Question
 from vizbot.core.types import Twist
 
 if TYPE_CHECKING:  # their modules load torch and numba
@@ -98,6 +98,7 @@ class Decision:
         why: Why this is done, as in `Step`; empty where it needs no saying.
         ended: How the task ended in this step, and why in one line; None while it goes on.
         score: Of the place that this is done for; None where it is done for none.
+        question: As in `Step`.
     """
 
     twist: Twist
@@ -108,3 +109,4 @@ class Decision:
     ended: tuple[Outcome, str] | None = None
     why: str = ""
     score: float | None = None
+    question: Question | None = None

@@ -106,7 +106,7 @@ class SensorReader:
             return state
         if self._base_back_since is None:
             self._base_back_since = now
-        waking_up = now - self._base_back_since < _WAKE_UP_TIME
+        waking_up = now - self._base_back_since < _WAKE_UP_TIME and not state.maybe_moved
         if waking_up and (state.buttons or not state.mode.obeys):
             touched = state.blocked or any(state.cliffs) or any(state.wheel_drops)
             # The buttons are left out: they may have been pressed to wake it up.

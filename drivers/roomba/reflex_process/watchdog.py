@@ -3,11 +3,11 @@
 A process that hangs does not end by itself, holds the port, and leaves the wheels turning. The
 watchdog is its parent and does nothing else, so that no work of the program delays it. Within half
 a second of the last sign of life it kills the process, has the wheels stopped, and starts another.
+The watchdog gives signs of life, too: the program that drives does the same where it hangs.
 """
 
 from __future__ import annotations
 
-import mmap
 import os
 import pickle
 import signal
@@ -18,6 +18,9 @@ import traceback
 from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from ctypes import Array, c_ubyte
+from multiprocessing.context import BaseContext
+from typing import TypeAlias
 
 from drivers.roomba.service import Checkpoint
 
@@ -26,35 +29,56 @@ SILENCE = 0.35
 a stuck line 100 ms, and a busy machine may make it wait."""
 OPENING = 5.0
 """The same time while it opens the port [s]."""
-_PERIOD = 0.02
+PERIOD = 0.02
 """Time between two looks at the process [s]."""
 _LOOKS = 3
 """Looks in a row that find a process overdue before it is killed: after a pause of the whole
 machine the first look finds every process so."""
-_MOST_ENDS, _WITHIN = 4, 30.0
+MOST_ENDS, WITHIN = 4, 30.0
 """Ends in this time [s] after which a process is not replaced any more."""
 _PRIORITY = 20
 """Real-time priority of the process, where the system allows one; the watchdog has one more."""
 _DEADLINE, _SLOT = struct.Struct("d"), struct.Struct("q")
 _CHECKPOINT = 8192
 """Space for a checkpoint [bytes]."""
+_WATCHDOG = _DEADLINE.size
+"""Where the watchdog's deadline is, behind that of the process [bytes]."""
+
+SharedBytes: TypeAlias = "Array[c_ubyte]"
+"""Memory that processes share."""
 
 
 class Heartbeat:
-    """Memory that the process and its watchdog share: signs of life, and where to go on."""
+    """What program, watchdog and process share: signs of life, and where to go on."""
 
-    def __init__(self) -> None:
-        self._memory = mmap.mmap(-1, _DEADLINE.size + _SLOT.size + 2 * _CHECKPOINT)
-        _SLOT.pack_into(self._memory, _DEADLINE.size, -1)
+    def __init__(self, memory: SharedBytes) -> None:
+        """Use memory of `shared_memory`; what it holds stays."""
+        self._memory = memoryview(memory).cast("B")
+
+    @staticmethod
+    def shared_memory(context: BaseContext) -> SharedBytes:
+        """Memory for a heartbeat without a checkpoint, to be given to processes of a context."""
+        memory = context.RawArray(c_ubyte, 2 * _DEADLINE.size + _SLOT.size + 2 * _CHECKPOINT)
+        _SLOT.pack_into(memory, 2 * _DEADLINE.size, -1)
+        return memory
 
     @property
     def deadline(self) -> float:
-        """Time by which the next sign of life is due, by the monotonic clock [s]."""
+        """Time by which the next sign of life of the process is due, by `time.monotonic` [s]."""
         return float(_DEADLINE.unpack_from(self._memory)[0])
 
+    @property
+    def watchdog_deadline(self) -> float:
+        """Likewise of the watchdog."""
+        return float(_DEADLINE.unpack_from(self._memory, _WATCHDOG)[0])
+
     def beat(self, longest: float) -> None:
-        """Give a sign of life; the next one follows within `longest` [s]."""
+        """Give a sign of life of the process; the next one follows within `longest` [s]."""
         _DEADLINE.pack_into(self._memory, 0, time.monotonic() + longest)
+
+    def beat_as_watchdog(self, longest: float) -> None:
+        """Likewise of the watchdog."""
+        _DEADLINE.pack_into(self._memory, _WATCHDOG, time.monotonic() + longest)
 
     def remember(self, checkpoint: Checkpoint) -> None:
         """Keep a checkpoint; a process that is killed here leaves the one before."""
@@ -62,7 +86,7 @@ class Heartbeat:
         slot = 1 - max(0, self._slot)
         start = self._start(slot)
         self._memory[start : start + len(content)] = content
-        _SLOT.pack_into(self._memory, _DEADLINE.size, slot)
+        _SLOT.pack_into(self._memory, 2 * _DEADLINE.size, slot)
 
     def checkpoint(self) -> Checkpoint | None:
         """The last checkpoint; None before the first."""
@@ -75,17 +99,36 @@ class Heartbeat:
 
     @property
     def _slot(self) -> int:
-        return int(_SLOT.unpack_from(self._memory, _DEADLINE.size)[0])
+        return int(_SLOT.unpack_from(self._memory, 2 * _DEADLINE.size)[0])
 
     def _start(self, slot: int) -> int:
-        return _DEADLINE.size + _SLOT.size + slot * _CHECKPOINT
+        return 2 * _DEADLINE.size + _SLOT.size + slot * _CHECKPOINT
+
+
+class OverdueLooks:
+    """Counts the looks in a row that find somebody overdue."""
+
+    def __init__(self) -> None:
+        self._overdue = 0
+
+    def hangs(self, deadline: float) -> bool:
+        """Whether this look, a little after the one before, shows that somebody hangs.
+
+        Args:
+            deadline: When the next sign of life was due, by `time.monotonic` [s].
+        """
+        self._overdue = self._overdue + 1 if time.monotonic() > deadline else 0
+        return self._overdue == _LOOKS
 
 
 class Watchdog:
     """Runs a process of its own, and another one whenever it hangs or dies."""
 
     def __init__(
-        self, serve: Callable[[Heartbeat], None], stop: Callable[[Heartbeat, str], None]
+        self,
+        serve: Callable[[Heartbeat], None],
+        stop: Callable[[Heartbeat, str], None],
+        heartbeat: Heartbeat,
     ) -> None:
         """Prepare; nothing runs yet.
 
@@ -93,10 +136,11 @@ class Watchdog:
             serve: The work of the process, which ends it by returning.
             stop: Stops the wheels after it died, with what happened to it. It raises an OSError
                 where nobody is left to drive.
+            heartbeat: Shared with who watches this watchdog.
         """
         self._serve = serve
         self._stop = stop
-        self._heartbeat = Heartbeat()
+        self._heartbeat = heartbeat
         self._pid = 0
         self._ends = False
 
@@ -108,12 +152,13 @@ class Watchdog:
         """
         _raise_priority(_PRIORITY + 1)
         signal.signal(signal.SIGTERM, self._end)
-        ends: deque[float] = deque(maxlen=_MOST_ENDS)
+        ends: deque[float] = deque(maxlen=MOST_ENDS)
         while True:
             self._start()
             reason = self._watch()
             if not reason:
                 return 0
+            self._heartbeat.beat_as_watchdog(OPENING)
             try:
                 self._stop(self._heartbeat, reason)
             except OSError:
@@ -121,7 +166,7 @@ class Watchdog:
             if self._ends:
                 return 0
             ends.append(time.monotonic())
-            if len(ends) == _MOST_ENDS and ends[-1] - ends[0] <= _WITHIN:
+            if len(ends) == MOST_ENDS and ends[-1] - ends[0] <= WITHIN:
                 return 1
 
     def _end(self, *_: object) -> None:
@@ -134,6 +179,7 @@ class Watchdog:
     def _start(self) -> None:
         """Start the process; a signal that comes meanwhile waits for it."""
         self._heartbeat.beat(OPENING)
+        self._heartbeat.beat_as_watchdog(OPENING)
         signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGTERM])
         self._pid = os.fork()
         if self._pid == 0:
@@ -158,17 +204,17 @@ class Watchdog:
 
     def _watch(self) -> str:
         """What happened to the process; empty where it ended by itself."""
-        overdue = 0
+        looks = OverdueLooks()
         while True:
+            self._heartbeat.beat_as_watchdog(SILENCE)
             ended, status = os.waitpid(self._pid, os.WNOHANG)
             if ended:
                 return "ended" if status else ""
-            overdue = overdue + 1 if time.monotonic() > self._heartbeat.deadline else 0
-            if overdue == _LOOKS:
+            if looks.hangs(self._heartbeat.deadline):
                 os.kill(self._pid, signal.SIGKILL)
                 os.waitpid(self._pid, 0)
                 return f"gave no sign of life for {SILENCE} s"
-            time.sleep(_PERIOD)
+            time.sleep(PERIOD)
 
 
 def _raise_priority(priority: int) -> None:

@@ -21,6 +21,8 @@ from vizbot.pipeline import Pipeline
 
 _APART = 2.0
 """Longest time between the beginnings of two faults [s]."""
+_WATCHED = 3.0
+"""Time for which a robot that waits for an answer is watched: it must stay where it is [s]."""
 
 
 class HungError(BaseException):
@@ -81,6 +83,10 @@ def run_to_end(
                 base.drive(STOP)
                 devices.clock.sleep(0.5)
                 return *step.ended, ""
+            if step is not None and step.question is not None:  # nobody is there to be asked
+                base.drive(STOP)
+                devices.clock.sleep(_WATCHED)
+                return Outcome.GAVE_UP, step.question.unanswered, ""
         base.drive(STOP)
         devices.clock.sleep(0.5)
     except VizbotError as error:

@@ -164,6 +164,9 @@ class BaseReport(BaseModel):
     overcurrents: tuple[bool, bool]
     """Left, right."""
     virtual_wall: bool
+    maybe_moved: bool
+    """Whether somebody may have moved it while nobody heard it; it rests until it is asked to obey
+    again."""
     feels: list[str]
     """What the base touches or misses, in plain words."""
 
@@ -227,6 +230,9 @@ class RobotState(BaseModel):
     """Null before the robot has arrived anywhere, and once another search or map has begun."""
     candidate: CandidateState | None
     """Null where the robot goes up to nothing that may be the goal."""
+    question: str | None
+    """What the robot asks before it does anything more; `/continue` says to go on. Null where it
+    asks nothing."""
     log: list[LogLine]
     """Oldest line first."""
     run: str | None

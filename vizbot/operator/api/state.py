@@ -58,6 +58,7 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "base": _base(session.base_state()),
         "arrival": _arrival(session.arrival),
         "candidate": _candidate(session.candidate),
+        "question": None if session.question is None else session.question.text,
         "log": [_line(line) for line in session.log.lines()],
         "run": None if session.folder is None else str(session.folder.absolute()),
     }

@@ -136,7 +136,10 @@ def task_router(session: OperatorSession) -> APIRouter:
 
     @router.post("/continue", summary="Go on")
     def go_on() -> RequestTaken:
-        """Do what is still queued, after the link of somebody who drove was lost."""
+        """Do what is still queued, after the link of somebody who drove was lost.
+
+        Says yes, too, to a `question` of the state.
+        """
         session.go_on()
         return RequestTaken()
 

@@ -23,6 +23,7 @@ def base_report(state: BaseState) -> dict[str, object]:
         "wheel_drops": list(state.wheel_drops),
         "overcurrents": list(state.overcurrents),
         "virtual_wall": state.virtual_wall,
+        "maybe_moved": state.maybe_moved,
     }
 
 
@@ -51,4 +52,5 @@ def base_state_of(report: Mapping[str, Any], stamp: float) -> BaseState:
         charging=Charging(report["charging"]),
         docked=bool(report["docked"]),
         plugged_in=bool(report["plugged_in"]),
+        maybe_moved=bool(report.get("maybe_moved", False)),
     )

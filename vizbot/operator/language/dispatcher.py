@@ -117,6 +117,10 @@ class Dispatcher:
                 return Reply((self._kept_out(goal),))
             case GoOn():
                 return Reply((self._going_on(),))
+            case Yes() if self._session.question is not None:
+                return Reply((self._going_on(),))
+            case No() if self._session.question is not None:
+                return Reply((say("stays"),))
             case Yes() | No() if self._session.awaits_verdict:
                 return self._judged(isinstance(command, Yes), who)
             case Yes() | No() if (candidate := self._session.candidate) is not None:
@@ -188,10 +192,12 @@ class Dispatcher:
         return self._language.say("kept_out", goal=self._own(goal), width=width, depth=depth)
 
     def _going_on(self) -> str:
-        waiting = self._to_do()
-        if not waiting:
+        waiting, asked = self._to_do(), self._session.question is not None
+        if not (waiting or asked):
             return self._language.say("going_on_none")
         self._session.go_on()
+        if asked:
+            return self._language.say("going_on_asked")
         return self._language.say("going_on", goal=waiting[0])
 
     def _to_do(self) -> Sequence[str]:
@@ -262,6 +268,8 @@ class Dispatcher:
             return self._language.say("by_hand", who=who)
         if self._session.stopped.is_set():
             return self._language.say("task_resting")
+        if (question := self._session.question) is not None:
+            return self._language.doing(question.text)
         if not (to_do := self._to_do()):
             return self._language.say("task_idle")
         running, *waiting = to_do

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.observer import Candidate, GoalReport, Outcome, Step
+from vizbot.core.observer import Candidate, GoalReport, Outcome, Question, Step
 from vizbot.core.types import BaseState, Feedback
 from vizbot.operator.figures.step_rate import StepRate
 from vizbot.operator.figures.track import Track
@@ -234,10 +234,22 @@ class OperatorSession:
         if stops != self.stops:
             raise ConfigError("the robot was stopped meanwhile; ask again")
 
+    @property
+    def question(self) -> Question | None:
+        """What the robot asks; it rests until somebody says to go on. None where it asks nothing.
+
+        Unlike a verdict on an arrival, every task waits for the answer.
+        """
+        return None if self._step is None else self._step.question
+
     def go_on(self) -> None:
-        """Go on with the queue although the robot was stopped."""
+        """Go on with the queue although the robot was stopped, or asks whether it may."""
         with self._orders:
             self._goes_on = True
+            asks = self.question is not None
+        if asks:
+            self.resume_base()
+            self.log.write("resume", "somebody said to go on")
 
     def begin_step(self) -> None:
         """Called by the robot's loop: end the rest after a stop, if something new was asked for.

@@ -73,7 +73,9 @@ def run_tasks(
             if step is None:
                 return
             pace()
-            if queued is None or waits:
+            if step.question is not None:
+                clock.sleep(_IDLE)
+            if queued is None or waits or step.question is not None:
                 continue
             steps += 1
             explores = task is Task.EXPLORE

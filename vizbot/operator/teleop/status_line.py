@@ -76,4 +76,6 @@ def _refusal(state: BaseState) -> str:
         return "does not drive: put it on the floor, then press r"
     if any(state.cliffs):
         return "stopped at an edge: press r, then back straight off"
+    if state.maybe_moved:
+        return "somebody may have moved it: look at it, then press r"
     return "does not drive: press r to go on"

@@ -19,6 +19,7 @@ const TASK_BUTTONS = {
   "come-back": ["/come-back", "Asked to come back."],
   dock: ["/dock", "Asked to go to its charger."],
   "go-on": ["/continue", "Asked to go on."],
+  "asks-go-on": ["/continue", "Asked to go on: it sees where it is first."],
   "let-drive": ["/resume", "Asked to let it drive again."],
 };
 

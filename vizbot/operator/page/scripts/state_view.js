@@ -32,6 +32,7 @@
  * @property {Base | null} base
  * @property {import("./place_cards.js").Arrival | null} arrival Where it has arrived last.
  * @property {import("./place_cards.js").Candidate | null} candidate What it goes up to.
+ * @property {string | null} question What it asks before it does anything more.
  * @property {LogLine[]} log
  * @property {string | null} run Its folder, on the robot's machine.
  * @property {number | null} step
@@ -183,8 +184,10 @@ function setFact(id, text, alarming) {
  * @param {State} state
  * @param {boolean} driving Whether this page drives.
  */
-function showResumePrompt({ base, activity }, driving) {
-  const disobeys = base !== null && (base.mode === "passive" || base.mode === "off");
+function showResumePrompt({ base, activity, question }, driving) {
+  byId("asks").hidden = question === null;
+  setText(byId("asks-what"), question === null ? "" : capitalised(question));
+  const disobeys = question === null && base !== null && (base.mode === "passive" || base.mode === "off");
   const docks = activity === "docking" || activity === "on the dock";
   const reason = disobeys && !docks ? reasonText(base, driving) : null;
   byId("held").hidden = reason === null;
