@@ -44,6 +44,8 @@ _START_TIMEOUT = 20.0
 """Time for the process to start, which takes a second on an idle machine [s]."""
 _END_TIMEOUT = 2.0
 """Time for the process to end [s]."""
+_AGAIN = 0.005
+"""Time between two tries to open the port [s]."""
 _ORDERS = 20
 """Number of orders carried out between two steps at most."""
 _NAP = 0.1
@@ -180,7 +182,7 @@ class ProcessLink:
             self._process.kill()
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self.pid, signal.SIGKILL)  # the service is in its group
-        self._stop_from_here()
+        self._stop_from_here(patience=_END_TIMEOUT)  # it holds the port until it is gone
         self._process.join(_END_TIMEOUT)
         self._channel.close()
         self._replaced.append(time.monotonic())
@@ -196,14 +198,26 @@ class ProcessLink:
     def _end(self) -> Trouble:
         return Trouble(f"{self.name}: the process of the base ended", final=True)
 
-    def _stop_from_here(self) -> None:
-        """Stop the wheels from here: the other process does not."""
+    def _stop_from_here(self, patience: float = 0.0) -> None:
+        """Stop the wheels from here: the other process does not.
+
+        Args:
+            patience: How long to try to open the port [s].
+        """
+        end = time.monotonic() + patience
         last = self._heartbeat.checkpoint()
         state = None if last is None else last.state
-        try:
-            stop_and_release(self._open_port(), on_charger=state is not None and state.on_charger)
-        except DeviceError as error:
-            logger.error("the wheels may still turn: %s", error)
+        while True:
+            try:
+                port = self._open_port()
+            except DeviceError as error:
+                if time.monotonic() < end:
+                    time.sleep(_AGAIN)
+                    continue
+                logger.error("the wheels may still turn: %s", error)
+                return
+            stop_and_release(port, on_charger=state is not None and state.on_charger)
+            return
 
 
 def _guard(
