@@ -95,6 +95,7 @@ class OiModeKeeper:
         self._should_obey, self._rests_by_force = True, False
         self._returned: _Return | None = None
         self._obeyed_at, self._forced_at = -math.inf, -math.inf
+        self._taken_back_at = -math.inf
         self._requested_unheard = self._releases = False
         self._contact_at = -math.inf
         self._requested_at = -math.inf
@@ -249,7 +250,7 @@ class OiModeKeeper:
         if self._returned is not None:
             return b""
         if self._docks and not self._charges and not asked:
-            return b"" if self._obeys else self._repeated(AT_ONCE, now)
+            return b"" if self._obeys else self._stop_docking(now)
         if self._docks and self._obeys and now - self._requested_at > RETRY_PERIOD:
             return self.seek_dock(now)
         if self._turns_unasked(now, rolls):
@@ -258,6 +259,14 @@ class OiModeKeeper:
         if now >= self._request_until:
             return b""
         return self._repeated(AT_ONCE if self._at_once else RETRY_PERIOD, now)
+
+    def _stop_docking(self, now: float) -> bytes:
+        """Take the base, on its way to the dock, back from a program that has ceased to order."""
+        if now - self._taken_back_at > _TOO_SHORT:
+            timeout = self._config.command_timeout
+            logger.warning("%s: no command for %s s on its way: stopped", self._name, timeout)
+        self._taken_back_at = now
+        return self._repeated(AT_ONCE, now)
 
     def _repeated(self, every: float, now: float) -> bytes:
         """The request for the mode, no oftener than `every` [s]."""

@@ -80,6 +80,10 @@ CATALOGUE: dict[str, Fault] = {
               "stop it first thing when the cable is back, go on", 2.0, 0.315,
               reaches_wheels=False,
               report_pattern="the base is gone"),
+        Fault("lifted-unheard", "base", "its USB cable is out, and somebody lifts it and puts it"
+              " down meanwhile", "rest; go on once somebody says so, or the settings do", 4.0,
+              0.315, reaches_wheels=False,
+              report_pattern="the base is gone|somebody may have moved"),
         Fault("base-asleep", "base", "it falls asleep until somebody presses Clean",
               "say so, go on once it is awake", 4.0, 0.3,
               report_pattern="no answer from the base.*press Clean"),
@@ -141,11 +145,19 @@ CATALOGUE: dict[str, Fault] = {
         Fault("disk-full", "program", "the video cannot be written any more",
               "go on without video, keep the map", math.inf,
               report_pattern="No space left"),
+        Fault("hangs-docking", "program", "the program hangs while the base looks for its dock",
+              "its reflexes take the base back and stop it", 0.0, 0.315, goal=False,
+              report_pattern="no command for"),
         Fault("process-killed", "program", "the program is killed", "its reflexes stop the wheels",
               0.0, 0.315, goal=False,
               report_pattern="no command for"),
     )
 }  # fmt: skip
+
+CABLE_OUT = ("port-vanishes", "lifted-unheard")
+"""Faults during which no command reaches the base."""
+_IN_THE_BENCHMARK = ("hangs-docking",)
+"""Faults that a run cannot have by itself."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,6 +198,8 @@ def parse_faults(text: str) -> list[PlannedFault]:
             raise ConfigError(
                 f"no fault {name!r} in --faults; use {' or '.join(alike) or ', '.join(CATALOGUE)}"
             )
+        if name in _IN_THE_BENCHMARK:
+            raise ConfigError(f"--faults {name} happens in vizbot bench faults alone; use another")
         try:
             planned.append(_planned(fault, item[len(name) :]))
         except ValueError as error:
@@ -237,6 +251,12 @@ class FaultSchedule:
         """Whether a fault is active now."""
         self._begin_what_is_due()
         return self._now() < self._until.get(name, -math.inf)
+
+    def second_half(self, name: str) -> bool:
+        """Whether a fault is active now, and has been for half of its time."""
+        if not self.active(name):
+            return False
+        return self._now() >= (self._begun[name] + self._until[name]) / 2
 
     def began(self, name: str) -> float | None:
         """Time at which a fault last began [s]; None before."""

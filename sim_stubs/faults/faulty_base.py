@@ -11,17 +11,21 @@ import numpy as np
 from drivers.roomba.commands import Command, CommandParser
 from drivers.roomba.packets import Buttons, ChargingSources, Overcurrents, Packet
 from drivers.roomba.serial_port import SerialPort
-from sim_stubs.faults.catalogue import FaultSchedule
+from sim_stubs.faults.catalogue import CABLE_OUT, FaultSchedule
 from sim_stubs.faults.faulty_body import FaultyBody
 from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.body import Body
 from vizbot.core.errors import DeviceError
+from vizbot.core.geometry import planar
 from vizbot.core.types import SE3, BaseMode
 
 _BYTES = ("corrupt-bytes", "lost-bytes", "duplicated-bytes")
 _SHARE = 0.01
 """Share of the bytes that a bad line changes."""
 _JUMP = 10_000
+_OUT_OF_SIGHT = SimulatedDock(planar(1000.0, 1000.0, 0.0))
+"""A base that looks for it turns on the spot."""
 _EMPTY_MAH, _CAPACITY_MAH = 130, 2600
 
 
@@ -68,8 +72,13 @@ class FaultyLine:
         return bytes(received)
 
 
+def cable_is_out(schedule: FaultSchedule) -> bool:
+    """Whether the cable of the base is unplugged now."""
+    return any(schedule.active(name) for name in CABLE_OUT)
+
+
 class LooseCable:
-    """A port whose cable is unplugged while `port-vanishes` is active."""
+    """A port whose cable is unplugged while a fault of `CABLE_OUT` is active."""
 
     def __init__(self, port: SerialPort, schedule: FaultSchedule) -> None:
         """`port` is open."""
@@ -102,7 +111,7 @@ class LooseCable:
         self._port.close()
 
     def _require_cable(self) -> None:
-        if self._schedule.active("port-vanishes"):
+        if cable_is_out(self._schedule):
             raise OSError(errno.EIO, "device disconnected")
 
 
@@ -129,7 +138,7 @@ class FaultyRoomba:
         self.body = FaultyBody(body, schedule, seed, place)
         self._schedule = schedule
         self._line = FaultyLine(schedule, seed)
-        self._roomba = SimulatedRoomba(self.body, noise=self._line)
+        self._roomba = SimulatedRoomba(self.body, dock=_OUT_OF_SIGHT, noise=self._line)
         self.path = self._roomba.path
         self._begun: dict[str, float | None] = {}
         self._sleeps = False
@@ -143,7 +152,7 @@ class FaultyRoomba:
     @property
     def heard(self) -> bool:
         """Whether the sensor frame of this period has arrived at the program."""
-        return self._line.was_clear and not self._schedule.active("port-vanishes")
+        return self._line.was_clear and not cable_is_out(self._schedule)
 
     def lockstep_port(self, port: SerialPort) -> SerialPort:
         """Wrap the port that a driver has just opened on `path`.
@@ -151,7 +160,7 @@ class FaultyRoomba:
         Raises:
             DeviceError: the cable is unplugged.
         """
-        if self._schedule.active("port-vanishes"):
+        if cable_is_out(self._schedule):
             port.close()
             raise DeviceError(f"serial port {self.path}: no such port; plug in the base's cable")
         self.connected = True
@@ -160,7 +169,7 @@ class FaultyRoomba:
     def publish(self) -> None:
         """Begin the faults that are due, then publish."""
         roomba, schedule = self._roomba, self._schedule
-        self.connected &= not schedule.active("port-vanishes")
+        self.connected &= not cable_is_out(schedule)
         if self._begins("mode-passive"):
             roomba.mode = BaseMode.PASSIVE
         if self._begins("encoder-jump"):

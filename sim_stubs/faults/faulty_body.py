@@ -89,7 +89,7 @@ class FaultyBody:
         left, front_left, front_right, right = (
             any(seen) for seen in zip(felt.cliffs, self._over_edge(), strict=True)
         )
-        lifted = self._schedule.active("wheel-drop") or self._schedule.active("kidnapped")
+        lifted = self._is_lifted
         return Contacts(
             felt.bump_left or (touches is not None and touches >= -_BOTH_SIDES),
             felt.bump_right or (touches is not None and touches <= _BOTH_SIDES),
@@ -109,7 +109,7 @@ class FaultyBody:
         if schedule.active("stuck-wheel"):
             left = 0.0
         spins = 0.0
-        if schedule.active("wheel-drop") or schedule.active("kidnapped"):
+        if self._is_lifted:
             left = right = 0.0
             if schedule.active("kidnapped") and self._carried_at != schedule.began("kidnapped"):
                 self._carried_at = schedule.began("kidnapped")
@@ -126,6 +126,11 @@ class FaultyBody:
         if np.linalg.norm(here - self._trail[-1]) > _TRAIL:
             self._trail.append(here.copy())
         self._travel += spins * seconds + rolled * (_SLIP if schedule.active("wheel-slip") else 1.0)
+
+    @property
+    def _is_lifted(self) -> bool:
+        held = self._schedule.active("wheel-drop") or self._schedule.active("kidnapped")
+        return held or self._schedule.second_half("lifted-unheard")
 
     def _somewhere(self) -> SE3:
         """A place where the robot has been before, with a random heading."""

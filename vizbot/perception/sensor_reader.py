@@ -95,7 +95,7 @@ class SensorReader:
             raise error
 
     def _read_base(self, base: Base) -> BaseState | None:
-        """The state of the base; None while it is silent or, touched by nothing, wakes up."""
+        """The state of the base; None while it is silent or, touched by nobody, wakes up."""
         now = self._devices.clock.now()
         try:
             state = base.read()
@@ -106,11 +106,12 @@ class SensorReader:
             return state
         if self._base_back_since is None:
             self._base_back_since = now
-        waking_up = now - self._base_back_since < _WAKE_UP_TIME and not state.maybe_moved
+        waking_up = now - self._base_back_since < _WAKE_UP_TIME
         if waking_up and (state.buttons or not state.mode.obeys):
             touched = state.blocked or any(state.cliffs) or any(state.wheel_drops)
             # The buttons are left out: they may have been pressed to wake it up.
-            return replace(state, buttons=frozenset()) if touched else None
+            asleep = not (touched or state.maybe_moved)
+            return None if asleep else replace(state, buttons=frozenset())
         log.warning("the base answers again after %.1f s", now - self._base_silent_since)
         self._base_silent_since = self._base_back_since = None
         return state

@@ -21,6 +21,9 @@ from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import SE3, PoseEstimate, RGBDFrame, Tracking
 from vizbot.pipeline import Pipeline
 
+ENDED_BY = {"process-killed": "killed", "hangs-docking": "the program hangs"}
+"""Faults that end the program, and what is kept as the reason."""
+
 
 class WheelPoses:
     """A pose estimator that takes the poses of the wheels; the first frame is its only keyframe."""
@@ -93,21 +96,23 @@ class LogObserver:
     Attributes:
         schedule: Schedule of the faults, among them the kill of the program.
         now: Returns the time of the run [s].
-        killed: Whether the program has been killed.
+        ended_by: The fault that has ended the program; None while it runs.
         lines: Time [s] and text of all messages to the user.
         steps: Number of steps so far.
     """
 
     schedule: FaultSchedule
     now: Callable[[], float]
-    killed: bool = False
+    ended_by: str | None = None
     lines: list[tuple[float, str]] = field(default_factory=list)
     steps: int = 0
 
     def on_step(self, step: Step) -> None:
-        """Log the activity of a step without a path, and note whether the program is killed."""
+        """Log the activity of a step without a path, and note whether the program ends here."""
         self.steps += 1
-        self.killed |= self.schedule.began("process-killed") is not None
+        for fault in ENDED_BY:
+            if self.ended_by is None and self.schedule.began(fault) is not None:
+                self.ended_by = fault
         said = step.activity if step.ended is None else step.ended[1]
         if step.path is None and (not self.lines or self.lines[-1][1] != said):
             self.lines.append((self.now(), said))
@@ -121,7 +126,7 @@ def map_survives(pipeline: Pipeline, observer: LogObserver) -> bool | None:
 
     A full disk must damage neither the saved map nor the one in memory, and must raise an error.
     """
-    if observer.killed:
+    if observer.ended_by is not None:
         return None
     with tempfile.TemporaryDirectory() as folder, suppress(MapError):
         path = Path(folder) / "map"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from drivers.roomba.commands import Command, Opcode
 from sim_stubs.clock import SimulatedClock
-from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule
+from sim_stubs.faults.catalogue import CABLE_OUT, CATALOGUE, FaultSchedule
 from sim_stubs.faults.faulty_base import FaultyRoomba
 
 _AHEAD = 0.05
@@ -138,9 +138,9 @@ class FaultMonitor:
             elif self._base.heard:
                 self._touching.add(name)
 
-    def program_ends(self) -> None:
-        """Note that the program has just sent its last command."""
-        self._show("process-killed")
+    def program_ends(self, fault: str) -> None:
+        """Note that the program has just sent its last command, because of this fault."""
+        self._show(fault)
 
     def advance(self, seconds: float) -> None:
         """Look at the motion of the base in the last period."""
@@ -194,8 +194,9 @@ class FaultMonitor:
 
     def _compare_with_commands(self, asked: tuple[float, float], seconds: float) -> None:
         """Compare the commands of the program with the motion of the base."""
-        cable, schedule = "port-vanishes", self._schedule
-        back = schedule.began(cable) is not None and not schedule.active(cable)
+        schedule = self._schedule
+        was_out = any(schedule.began(name) is not None for name in CABLE_OUT)
+        back = was_out and not any(schedule.active(name) for name in CABLE_OUT)
         for command in self._base.sent:
             if back and self._first_once_back is None:
                 self._first_once_back = command
@@ -228,17 +229,17 @@ class FaultMonitor:
 
     def _stopped_after(self, name: str) -> float | None:
         course, first = self._courses[name], self._first_once_back
-        if name == "port-vanishes" and first != Command(Opcode.DRIVE_DIRECT, (0, 0)):
+        if name in CABLE_OUT and first != Command(Opcode.DRIVE_DIRECT, (0, 0)):
             return None
         return round(course.answered, 3) if course.rests and course.answered is not None else None
 
     def _limit(self, name: str, limit: float) -> float:
         """The limit of a fault, longer where the cable is unplugged before the wheels rest."""
         shown = self.shown[name]
-        out = self._schedule.began("port-vanishes")
-        back = self.shown.get("port-vanishes", math.inf)
-        if out is not None and name != "port-vanishes" and out <= shown + limit and shown <= back:
-            limit = back + (CATALOGUE["port-vanishes"].stops_within or 0.0) - shown
+        for cable in CABLE_OUT:
+            out, back = self._schedule.began(cable), self.shown.get(cable, math.inf)
+            if out is not None and name != cable and out <= shown + limit and shown <= back:
+                limit = back + (CATALOGUE[cable].stops_within or 0.0) - shown
         return round(limit, 3)
 
     def _feels(self, name: str) -> bool:
@@ -263,9 +264,9 @@ class FaultMonitor:
             case "camera-frozen" | "camera-vanishes" | "black-depth":
                 due = math.ceil(began / self._camera_period - 1e-6) * self._camera_period
                 return now >= due - 1e-9
-            case "port-vanishes":
+            case "port-vanishes" | "lifted-unheard":
                 return self._base.connected and not self._schedule.active(name)
-            case "process-killed":
+            case "process-killed" | "hangs-docking":
                 return False
         return True
 

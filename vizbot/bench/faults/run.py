@@ -10,10 +10,11 @@ from contextlib import contextmanager
 import numpy as np
 
 from sim_stubs.faults.catalogue import CATALOGUE, PlannedFault
-from vizbot.bench.faults.minimal_robot import LogObserver
+from vizbot.bench.faults.minimal_robot import ENDED_BY, LogObserver
 from vizbot.bench.faults.monitor import FaultMonitor
 from vizbot.core.devices import Devices
 from vizbot.core.errors import VizbotError
+from vizbot.core.interfaces import Base, Clock
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
 from vizbot.objectnav.tasks import Goal, Task
@@ -75,10 +76,12 @@ def run_to_end(
     try:
         while not until():
             step = pipeline.tick(task)
-            if observer is not None and monitor is not None and observer.killed:
-                monitor.program_ends()
+            if observer is not None and monitor is not None and observer.ended_by is not None:
+                if observer.ended_by == "hangs-docking":
+                    _dock(base, devices.clock)
+                monitor.program_ends(observer.ended_by)
                 devices.clock.sleep(2.0)  # the wheels must stay at rest
-                return Outcome.GAVE_UP, "killed", ""
+                return Outcome.GAVE_UP, ENDED_BY[observer.ended_by], ""
             if step is not None and step.ended is not None:
                 base.drive(STOP)
                 devices.clock.sleep(0.5)
@@ -94,6 +97,16 @@ def run_to_end(
     except (Exception, HungError) as error:
         return Outcome.GAVE_UP, "", f"{type(error).__name__}: {' '.join(str(error).split())}"
     return Outcome.GAVE_UP, "", ""
+
+
+def _dock(base: Base, clock: Clock) -> None:
+    """Let the base look for its dock for a second, as a program does that is well."""
+    base.dock()
+    end = clock.now() + 1.0
+    while clock.now() < end:
+        base.drive(STOP)
+        clock.sleep(0.1)
+    base.drive(STOP)
 
 
 @contextmanager

@@ -11,9 +11,14 @@ from statistics import median
 from vizbot.bench.faults.drives import FaultDrive, FaultDriveResult, run_drive
 from vizbot.bench.faults.monitor import FARTHEST_ASTRAY
 
-MAY_END = ("battery-low", "process-killed")
+MAY_END = ("battery-low", "process-killed", "hangs-docking")
 """Faults after which the robot must give up and not drive on."""
+_MAYBE_MOVED = "somebody may have moved the robot"
 ENDS_BY_DEFAULT = {
+    "stream-silent": _MAYBE_MOVED,
+    "lifted-unheard": _MAYBE_MOVED,
+    "base-asleep": _MAYBE_MOVED,
+    "hangs-docking": "the program hangs",
     "cliff": "the base stopped at an edge",
     "wheel-drop": "a wheel hangs|does not obey since it was lifted",
     "kidnapped": "a wheel hangs|does not obey since it was lifted",

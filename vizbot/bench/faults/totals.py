@@ -82,7 +82,8 @@ class DefaultResults:
         ]  # fmt: skip
         parts = [
             "With the product's settings the base does not resume Safe mode by itself: an edge, a"
-            " lift or the loss of its mode may end the search. Where the robot then stays and"
+            " lift, the loss of its mode, or a silence in which somebody may have moved it may end"
+            " the search, since nobody is there to be asked. Where the robot then stays and"
             f" gives that reason it has done right, and is counted as ended: {ended} of"
             f" {len(self.missions)} missions. Right are {fraction_with_interval(self.right)}"
             " missions whose fault happened and allows the goal; without a fault the goal was"
