@@ -46,4 +46,5 @@ class RoombaConfig(BaseModel):
     full_mode: bool = False
     """Drive in Full mode, in which the base does not stop by itself at cliffs or wheel drops."""
     resume_safe: bool = False
-    """Return to Safe mode without a request after a cliff or a wheel drop, once no wheel hangs."""
+    """Return to Safe mode without a request after a cliff, a wheel drop, or a silence in which
+    somebody may have moved the base, once no wheel hangs."""

@@ -123,10 +123,11 @@ class WatchedRobot:
         driven: Every twist that was new, in order.
         pipeline: Its map.
         tracking: How far it knows where it is.
+        question: What it asks people.
     """
 
     def __init__(self):
-        self.tracking = Tracking.TRACKING
+        self.tracking, self.question = Tracking.TRACKING, None
         self.session = OperatorSession()
         self.twist = STOP
         self.driven = []
@@ -194,7 +195,7 @@ class WatchedRobot:
                 estimate = replace(step.estimate, tracking=self.tracking)
                 step = replace(step, estimate=estimate)
                 activity, why = ("exploring", LONG_WHY) if goal else ("mapping", "")
-                step = replace(step, activity=activity, why=why)
+                step = replace(step, activity=activity, why=why, question=self.question)
                 step = replace(step, candidate_xy=self._approached if goal else None)
                 self.session.on_step(step)
             ticks += 1

@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tests.helpers.browsing import box_of, says, take_lease, touch_screen, until
+from vizbot.behaviours.base_mode import MAYBE_MOVED
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode, Charging
 
@@ -62,6 +63,21 @@ def test_a_base_that_charges_is_left_alone_unless_somebody_drives(page, robot, r
     says(page, "#held-why", "stands on its charger")
     page.get_by_role("button", name="Let it drive again").click()
     page.locator("#held").wait_for(state="hidden")
+
+
+def test_a_robot_that_may_have_been_moved_asks_whether_to_go_on(page, robot, resumed):
+    robot.session.ask(["sofa"])
+    assert not page.locator("#asks").is_visible()
+    feel(robot, mode=BaseMode.PASSIVE, maybe_moved=True)
+    robot.question = MAYBE_MOVED
+    says(page, "#asks-what", "Somebody may have moved me: go on?")
+    assert not page.locator("#held").is_visible()
+    page.locator("#asks-go-on").click()
+    says(page, "#answer", "Asked to go on: it sees where it is first.")
+    until(page, lambda: resumed == [True])
+    robot.question = None
+    page.locator("#asks").wait_for(state="hidden")
+    assert robot.session.queue.tasks()[0].outcome is None
 
 
 def test_nobody_is_told_to_launch_again(page, robot):
