@@ -127,6 +127,9 @@ class ProcessLink:
         """Close the connection, upon which the service stops the wheels and ends."""
         with self._lock:
             self._closing = True
+            unborn = self._heartbeat.watchdog_deadline - time.monotonic() > OPENING
+            if self._replaced and unborn and not self._ended:
+                self._replace()  # another pair that has not begun yet: there is nothing to end
         end = time.monotonic() + _END_TIMEOUT
         self._channel.finish(_END_TIMEOUT)
         self._process.join(max(0.2, end - time.monotonic()))

@@ -10,6 +10,7 @@ from pathlib import Path
 from sim_stubs.faults.catalogue import CATALOGUE
 from vizbot.bench.episodes.homes import FIRST_HOME
 from vizbot.bench.faults.camera_lock import measure_camera_lock
+from vizbot.bench.faults.hung_pairs import measure_hung_pairs
 from vizbot.bench.faults.missions import (
     HOMES,
     FaultMission,
@@ -63,7 +64,7 @@ def run_faults(bench: FaultBench) -> BenchResult:
     Raises:
         VizbotError: a world cannot be built.
     """
-    timing = WallClockTiming(measure_reflexes(), measure_camera_lock())
+    timing = WallClockTiming(measure_reflexes(), measure_camera_lock(), measure_hung_pairs())
     if not bench.quick:
         timings = Store(bench.folder / TIMINGS, WallClockTiming)
         timings.add(_key(), commit(), hardware(), timing)

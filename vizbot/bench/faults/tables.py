@@ -60,6 +60,8 @@ def fault_result(
             "reflex_ms_p99": timing.reflexes.p99_ms,
             "reflex_ms_max": timing.reflexes.max_ms,
         }
+        if timing.hung_pairs is not None:
+            summary["hung_pair_ms_max"] = timing.hung_pairs.max_ms
     parts = [
         _LEGEND,
         _drive_table(singles, missions, by_default),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from sim_stubs.faults.catalogue import CATALOGUE
 from vizbot.bench.faults.camera_lock import CameraLock
+from vizbot.bench.faults.hung_pairs import HungPairs
 from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.reflex_latency import ReflexLatency
 from vizbot.bench.faults.scores import FaultScore
@@ -21,14 +22,20 @@ class WallClockTiming:
     Attributes:
         reflexes: Time from a bump to the stop.
         camera_lock: Delays that the camera causes in other threads.
+        hung_pairs: Times from a hang of watchdog and reflexes to the wheels at rest; None in
+            results from before this was measured.
     """
 
     reflexes: ReflexLatency
     camera_lock: CameraLock
+    hung_pairs: HungPairs | None = None
 
     def text(self) -> str:
-        """Both in a paragraph each."""
-        return f"{self.reflexes.summary()}\n\n{self.camera_lock.summary()}"
+        """Each in a paragraph."""
+        parts = [self.reflexes.summary(), self.camera_lock.summary()]
+        if self.hung_pairs is not None:
+            parts.insert(1, self.hung_pairs.summary())
+        return "\n\n".join(parts)
 
 
 @dataclass(frozen=True, slots=True)
