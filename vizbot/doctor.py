@@ -125,6 +125,7 @@ def _failed(subject: str, found: str) -> Finding:
 def _base(config: Config, clock: Clock) -> Iterator[Finding]:
     from drivers.roomba.examination import examine_base
     from drivers.roomba.serial_port import open_serial
+    from drivers.roomba.service import NO_FRAMES
     from drivers.roomba.stream import PERIOD
 
     port = config.serial_port
@@ -143,6 +144,9 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
     finally:
         opened.close()
     state = base.state
+    if state is None and base.spoilt:
+        yield Finding("base", Grade.BAD, NO_FRAMES, "then run the doctor again")
+        return
     if state is None:
         asleep = "no sensor frames: not a Roomba, or asleep"
         yield Finding("base", Grade.BAD, asleep, "press Clean, then check the cable and the port")

@@ -147,6 +147,8 @@ class Roomba:
                 return
             self._clock.sleep(PERIOD)
         name, state = self._link.name, self._state
+        if state is None and self._trouble.message:
+            raise DeviceError(self._trouble.message)
         if state is None:
             message = f"{name} is not a Roomba or is asleep: it sends no sensor frames"
             raise DeviceError(f"{message}; press Clean, then check the cable and the port's name")

@@ -25,9 +25,10 @@ from drivers.roomba.drive_command import (
     harmless,
 )
 from drivers.roomba.feedback import show_feedback
+from drivers.roomba.odd_values import OddValues
 from drivers.roomba.odometry import WheelOdometry, without_reversal
 from drivers.roomba.oi_mode import AT_ONCE, REST_BY_FORCE, RETRY_PERIOD, OiModeKeeper
-from drivers.roomba.packets import Packet, in_ranges
+from drivers.roomba.packets import Packet
 from drivers.roomba.reflexes import allowed
 from drivers.roomba.state import STREAMED, base_state
 from drivers.roomba.stream import StreamParser
@@ -74,6 +75,7 @@ class RoombaControl:
         self._name = name
         self._config = config
         self._stream = StreamParser(STREAMED)
+        self._odd_values = OddValues(name)
         self._odometry = WheelOdometry(config.wheel_base, config.wheel_scale)
         self._commanded = CommandedSpeeds(config.echo_delay)
         self._wanted, self._wanted_at = STOP, now
@@ -185,10 +187,10 @@ class RoombaControl:
         mode = values[Packet.OI_MODE] - (self.mode_offset or 0)
         if self.mode_offset is None:
             return
-        sound = {**values, Packet.OI_MODE: mode}
-        if not in_ranges(sound):
-            logger.debug("%s: dropped an impossible sensor frame: %s", self._name, values)
+        sound = self._odd_values.corrected({**values, Packet.OI_MODE: mode})
+        if sound is None:
             return
+        values = sound
         before, counts = self.state, (values[Packet.LEFT_ENCODER], values[Packet.RIGHT_ENCODER])
         elapsed = 0.0 if before is None else now - before.stamp
         if elapsed > self._config.silence_timeout and self._may_have_restarted(counts):

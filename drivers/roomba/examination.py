@@ -11,7 +11,8 @@ import numpy as np
 from drivers.roomba.commands import Opcode, encode
 from drivers.roomba.control import WAKE_UP
 from drivers.roomba.drive_command import SURE_STOP
-from drivers.roomba.packets import Packet, in_ranges
+from drivers.roomba.odd_values import OddValues
+from drivers.roomba.packets import Packet
 from drivers.roomba.serial_port import SerialPort
 from drivers.roomba.state import STREAMED, base_state
 from drivers.roomba.stream import PERIOD, StreamParser, encoded_size
@@ -31,7 +32,7 @@ class BaseExamination:
 
     Attributes:
         rate: Sound sensor frames a second; 67 are sent.
-        spoilt: Share of the received bytes that belong to no sound frame.
+        spoilt: Share of the received bytes that belong to no sound frame; 0 without any bytes.
         state: The last frame, in Passive mode; None when none came.
         mode_offset: Offset of the mode that the firmware reports.
         firmware: Version that the base names after a reset; None without a reset or an answer.
@@ -60,13 +61,18 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
     port.write(SURE_STOP + WAKE_UP)
     clock.sleep(_SETTLING)
     port.read(port.in_waiting)
-    parser, received, frames = StreamParser(STREAMED), 0, []
+    parser, odd_values, received = StreamParser(STREAMED), OddValues(port.name or "the base"), 0
+    frames: list[Mapping[Packet, int]] = []
     end = clock.now() + seconds
     while clock.now() < end:
         clock.sleep(PERIOD)
         heard = port.read(port.in_waiting)
         received += len(heard)
-        frames += [values for values in parser.feed(heard) if _is_sound(values)]
+        for values in parser.feed(heard):
+            # Its mode may be one too high.
+            reported = {each: values[each] for each in values if each != Packet.OI_MODE}
+            if (sound := odd_values.corrected(reported)) is not None:
+                frames.append({**sound, Packet.OI_MODE: values[Packet.OI_MODE]})
     state, offset = None, 0
     if frames:
         values = frames[-1]
@@ -78,11 +84,6 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
     firmware = None if state is None or state.on_charger else _reset(port, clock)
     port.write(encode(Opcode.START))
     return BaseExamination(len(frames) / seconds, spoilt, state, offset, firmware)
-
-
-def _is_sound(values: Mapping[Packet, int]) -> bool:
-    """Whether a base can send these values; its mode may be one too high."""
-    return in_ranges({each: values[each] for each in values if each != Packet.OI_MODE})
 
 
 def _reset(port: SerialPort, clock: Clock) -> str | None:

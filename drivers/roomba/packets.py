@@ -85,13 +85,16 @@ class PacketLayout:
     high: int
 
 
+_BITS = {7: 15, 14: 29, 34: 3, 45: 127, 58: 3}
+"""Packets of single bits, and all bits that the manual has."""
+
+
 def _layouts() -> dict[Packet, PacketLayout]:
     u8, u16 = PacketLayout("B", 0, 255), PacketLayout("H", 0, 65535)
     s16, signal = PacketLayout("h", -32768, 32767), PacketLayout("H", 0, 4095)
     flag, velocity = PacketLayout("B", 0, 1), PacketLayout("h", -500, 500)
-    bits = {7: 15, 14: 29, 34: 3, 45: 127, 58: 3}
     enums = {21: 5, 35: 3, 36: 4, 38: 108}
-    layouts = {number: PacketLayout("B", 0, high) for number, high in (bits | enums).items()}
+    layouts = {number: PacketLayout("B", 0, high) for number, high in (_BITS | enums).items()}
     layouts |= dict.fromkeys((8, 9, 10, 11, 12, 13, 37), flag)
     layouts |= dict.fromkeys((15, 16, 17, 18, 32, 52, 53), u8)
     layouts |= dict.fromkeys((22, 25, 26, 33), u16)
@@ -205,13 +208,27 @@ def within_ranges(
     return chosen
 
 
-def in_ranges(values: Mapping[Packet, int]) -> bool:
-    """Whether the manual allows every value of these packets."""
+def out_of_range(values: Mapping[Packet, int]) -> tuple[Packet, ...]:
+    """The packets whose values the manual does not allow; mostly none."""
+    odd = []
     for packet, value in values.items():
         layout = LAYOUTS[packet]
         if not layout.low <= value <= layout.high:
-            return False
-    return True
+            odd.append(packet)
+    return tuple(odd)
+
+
+def nearest_allowed(packet: Packet, value: int) -> int:
+    """The allowed value that says most of what another one does.
+
+    Of bits the known ones stay, a state that is not known is none, and numbers are limited.
+    """
+    layout = LAYOUTS[packet]
+    if packet in _BITS:
+        return value & layout.high
+    if packet == Packet.CHARGING_STATE and value > layout.high:
+        return 0
+    return min(max(value, layout.low), layout.high)
 
 
 class BumpsAndWheelDrops(IntFlag):

@@ -22,6 +22,15 @@ _FIRST_RETRY, _LAST_RETRY = 0.1, 0.4
 turn on until it is back."""
 
 
+_NOISE = 2000
+"""Bytes without a sensor frame that are none of one that starts: half a second's at 115200 baud."""
+NO_FRAMES = (
+    "bytes come and make no sensor frame: the base speaks at another baud rate (19200 where Clean"
+    " was held for ten seconds while it went off; take its battery out and put it back), or"
+    " something else is at this port"
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Drive:
     """Hold a twist.
@@ -149,6 +158,7 @@ class RoombaService:
             self._control.restore(last.state, last.counts, last.mode_offset, now())
         self._reported = self._control.state
         self._reports: list[Report] = []
+        self._heard = 0
         self._lost_at = now()
         self._retry_at = self._lost_at + _FIRST_RETRY  # frames from before the stop are not read
         self._backoff = _FIRST_RETRY
@@ -199,10 +209,20 @@ class RoombaService:
         except Exception as error:
             self._lose(self._port, _gone(error))
         state = self._control.state
-        if state is not None and state is not self._reported:
+        if state is None:
+            self._report_noise(len(received))
+        elif state is not self._reported:
+            if self._reported is None and self._heard > _NOISE:
+                self._reports.append(Trouble(""))
             self._reported = state
             self._reports.append(state)
         return True
+
+    def _report_noise(self, received: int) -> None:
+        """Report once that bytes come and no frame is among them."""
+        before, self._heard = self._heard, self._heard + received
+        if before <= _NOISE < self._heard:
+            self._reports.append(Trouble(f"{self.name}: {NO_FRAMES}"))
 
     def close(self) -> None:
         """Stop the wheels, leave the base in Passive mode so that it can charge, free the port."""
