@@ -15,6 +15,7 @@ from mapping.clip.mapper import ALL_PIXELS, NEAR_MEDIAN
 from mapping.clip.scores import Background, Query
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.occupancy.depth_mapper import require_resolution
+from vizbot.behaviours.blind_motion import BlindMotion
 from vizbot.behaviours.docking import Docking
 from vizbot.behaviours.errand import Errand
 from vizbot.behaviours.short_move import ShortMove
@@ -106,6 +107,7 @@ class Pipeline:
         )
         self._depth_loss = DepthLossMonitor()
         self._docking = Docking(config.docking)
+        self._blind_motion = BlindMotion(config.recovery.undocking, config.roomba.command_timeout)
         self._odometer = Odometer()
         self._newest: RGBDFrame | None = None
         self.steps = 0
@@ -169,6 +171,9 @@ class Pipeline:
         """
         while (reading := self._sensors.next()) is not None:
             tracked = self._track(reading)
+            if tracked.state is not None:
+                now, by_hand = self._devices.clock.now(), task is Task.MAP
+                self._blind_motion.observe(tracked.state, now, by_hand=by_hand)
             decision = self._decide_for_safety(task, tracked)
             if decision is not None or not self._continue_step(tracked):
                 return self._step(task, tracked, decision)
@@ -268,6 +273,7 @@ class Pipeline:
                 )
         else:
             self.map.interrupt()
+        decision = self._blind_motion.permit(decision, self._devices.clock.now())
         command = self._drive(task, decision, tracked)
         navigation = decision.navigation
         step = Step(

@@ -24,6 +24,7 @@ _MOST = 100.0
 """Highest rate of a fault [1/min]."""
 _SLOW = 10.0
 """Factor of the time of embedding."""
+_BACKED_OFF = "stop, back off by 0.3 m at most, then rest and say so"
 _HOUR = 3600.0
 """Period of drawn times [s]; no run is longer."""
 
@@ -151,6 +152,16 @@ CATALOGUE: dict[str, Fault] = {
         Fault("process-killed", "program", "the program is killed", "its reflexes stop the wheels",
               0.0, 0.315, goal=False,
               report_pattern="no command for"),
+        Fault("bumper-stays", "base", "its bumper is jammed, pressed in", _BACKED_OFF, math.inf,
+              STOPS_AT_CONTACT, goal=False, report_pattern="bump.* has not helped"),
+        Fault("wall-stays", "base", "it receives a virtual wall wherever it is", _BACKED_OFF,
+              math.inf, STOPS_AT_CONTACT, goal=False, report_pattern="wall has not helped"),
+        Fault("overcurrent-stays", "base", "the motor of a wheel that turns draws too much, for"
+              " good", _BACKED_OFF, math.inf, STOPS_AT_CONTACT, goal=False,
+              report_pattern="wheel has not helped"),
+        Fault("dock-stays", "base", "it reports that it is on its dock, wherever it is",
+              "back off as from a dock, by 0.6 m at most, then rest and say so", math.inf,
+              goal=False, report_pattern="dock has not helped"),
     )
 }  # fmt: skip
 

@@ -9,7 +9,13 @@ from typing import Self
 import numpy as np
 
 from drivers.roomba.commands import Command, CommandParser
-from drivers.roomba.packets import Buttons, ChargingSources, Overcurrents, Packet
+from drivers.roomba.packets import (
+    BumpsAndWheelDrops,
+    Buttons,
+    ChargingSources,
+    Overcurrents,
+    Packet,
+)
 from drivers.roomba.serial_port import SerialPort
 from sim_stubs.faults.catalogue import CABLE_OUT, FaultSchedule
 from sim_stubs.faults.faulty_body import FaultyBody
@@ -26,6 +32,7 @@ _SHARE = 0.01
 _JUMP = 10_000
 _OUT_OF_SIGHT = SimulatedDock(planar(1000.0, 1000.0, 0.0))
 """A base that looks for it turns on the spot."""
+_BUMPER = BumpsAndWheelDrops.BUMP_LEFT | BumpsAndWheelDrops.BUMP_RIGHT
 _EMPTY_MAH, _CAPACITY_MAH = 130, 2600
 
 
@@ -206,11 +213,15 @@ class FaultyRoomba:
         if self._schedule.active("battery-low"):
             values[Packet.BATTERY_CHARGE] = _EMPTY_MAH
             values[Packet.BATTERY_CAPACITY] = _CAPACITY_MAH
-        if self._schedule.active("virtual-wall"):
+        if self._schedule.active("virtual-wall") or self._schedule.active("wall-stays"):
             values[Packet.VIRTUAL_WALL] = 1
+        if self._schedule.active("bumper-stays"):
+            values[Packet.BUMPS_AND_WHEEL_DROPS] = _BUMPER
+        if self._schedule.active("dock-stays"):
+            values[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
         if self._schedule.active("charger-plugged"):
             values[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
-        if self.body.stalls:
+        if self.body.stalls or self._schedule.active("overcurrent-stays"):
             values[Packet.OVERCURRENTS] = Overcurrents.LEFT_WHEEL
         return values
 

@@ -201,7 +201,9 @@ class SimulatedRoomba:
             return
         contacts = self._body.contacts
         cliff = any(contacts.cliffs) and self._wheels.stops_for_cliffs
-        charger = self.overrides.get(Packet.CHARGING_SOURCES, 0) != 0
+        charger = ChargingSources.INTERNAL_CHARGER in ChargingSources(
+            self.overrides.get(Packet.CHARGING_SOURCES, 0)
+        )
         if cliff or any(contacts.wheel_drops) or charger:
             self._wheels.stop()
             self.mode = BaseMode.PASSIVE

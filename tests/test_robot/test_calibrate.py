@@ -100,6 +100,22 @@ def test_it_stops_where_something_is_in_its_way(monkeypatch):
         assert np.array_equal(rig.devices.base.read().T_odom_base, at_rest)
 
 
+def test_it_drives_back_no_farther_than_it_went_ahead(monkeypatch):
+    legs = {Leg.AHEAD: (Twist(0.15, 0.0), 2.0), Leg.BACK: (Twist(-0.15, 0.0), 10.0)}
+    monkeypatch.setattr("vizbot.calibration.drive._DRIVE", legs)
+    monkeypatch.setattr("vizbot.calibration.drive._REST", 0.3)
+    config = Config()
+    with Rig(config, "sim", "sim", "30") as rig:
+        on_free_floor(rig.world, 1)
+        samples = record(rig.devices, config, lambda _: None)
+        start = next(s for s in samples if s.leg is Leg.AHEAD).T_odom_base
+        rig.devices.clock.sleep(0.5)
+        end = rig.devices.base.read().T_odom_base
+    there = [(np.linalg.inv(start) @ s.T_odom_base)[0, 3] for s in samples]
+    assert max(there) > 0.25
+    assert -0.1 < (np.linalg.inv(start) @ end)[0, 3] < 0.02
+
+
 FOUND = Calibration(
     MountConfig(height=0.6, forward=0.04, tilt=0.1),
     0.24,

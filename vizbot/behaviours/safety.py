@@ -59,7 +59,7 @@ class SafetyBehaviours:
         decision = (
             self._base_mode.decide(state, now, at_edge=self._contacts.at_edge)
             or self._contacts.decide(state, estimate, T_map_base, mapper, now)
-            or self._undocking.decide(state, T_map_base)
+            or self._undocking.decide(state)
             or self._vision.decide(depth_lost_for, estimate.tracking, T_map_base)
         )
         if decision is None:

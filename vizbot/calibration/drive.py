@@ -16,7 +16,7 @@ from mapping.slam.slam import Slam
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
-from vizbot.core.geometry import back_project, camera_mount, mount_angles
+from vizbot.core.geometry import back_project, camera_mount, invert, mount_angles
 from vizbot.core.interrupts import holding_interrupts, raise_held_interrupt
 from vizbot.core.types import (
     SE3,
@@ -105,6 +105,7 @@ def record(devices: Devices, config: Config, announce: Callable[[str], None]) ->
     assert base is not None
     samples: list[Sample] = []
     slam: Slam | None = None
+    T_odom_start: SE3 | None = None
     for leg in Leg:
         twist, seconds = _DRIVE.get(leg, (STOP, _REST))
         announce(leg.value)
@@ -117,6 +118,10 @@ def record(devices: Devices, config: Config, announce: Callable[[str], None]) ->
             base.drive(twist)
             state = base.read()
             _require_free(state)
+            if leg is Leg.AHEAD and T_odom_start is None:
+                T_odom_start = state.T_odom_base
+            if leg is Leg.BACK and T_odom_start is not None and _behind(T_odom_start, state):
+                break
             if slam is None:
                 slam = Slam(
                     frame.intrinsics, _guessed_mount(frame, config), _trusting_images(config)
@@ -186,6 +191,11 @@ def _floor_in(frame: RGBDFrame) -> tuple[SE3, NDArray[np.float64]] | None:
     points = back_project(frame.depth, frame.intrinsics)[::_STRIDE, ::_STRIDE].reshape(-1, 3)
     near = (points[:, 2] > 0.0) & (points[:, 2] < _NEAR)
     return T_base_cam, points[near].astype(np.float64)
+
+
+def _behind(T_odom_start: SE3, state: BaseState) -> bool:
+    """Whether the robot is back where it set out ahead; it does not see what lies behind that."""
+    return bool((invert(T_odom_start) @ state.T_odom_base)[0, 3] < 0.0)
 
 
 def _require_free(state: BaseState) -> None:

@@ -99,6 +99,7 @@ class Decision:
         ended: How the task ended in this step, and why in one line; None while it goes on.
         score: Of the place that this is done for; None where it is done for none.
         question: As in `Step`.
+        leaves_dock: Whether the twist takes the robot off its dock.
     """
 
     twist: Twist
@@ -110,3 +111,4 @@ class Decision:
     why: str = ""
     score: float | None = None
     question: Question | None = None
+    leaves_dock: bool = False

@@ -20,7 +20,10 @@ bytes that are opcodes."""
 FARTHEST_ASTRAY = 0.5 * (0.3 + 0.015)
 """Farthest that a wheel may turn beyond its commands [m]: at full speed, until the reflex that
 waits 0.3 s for a command has stopped it, and one period."""
-_FELT = ("bump", "cliff", "virtual-wall", "stuck-wheel")
+_FELT = (
+    "bump", "cliff", "virtual-wall", "stuck-wheel",
+    "bumper-stays", "wall-stays", "overcurrent-stays",
+)  # fmt: skip
 """Faults that the robot may back off and turn away from while they last, and may meet again."""
 
 
@@ -255,7 +258,7 @@ class FaultMonitor:
 
     def _shows(self, name: str, began: float, now: float) -> bool:
         match name:
-            case "bump" | "cliff" | "stuck-wheel" | "virtual-wall":
+            case name if name in _FELT:
                 return self._base.heard and self._feels(name)
             case "wheel-drop" | "kidnapped":
                 return self._base.heard and any(self._body.contacts.wheel_drops)

@@ -11,7 +11,11 @@ from statistics import median
 from vizbot.bench.faults.drives import FaultDrive, FaultDriveResult, run_drive
 from vizbot.bench.faults.monitor import FARTHEST_ASTRAY
 
-MAY_END = ("battery-low", "process-killed", "hangs-docking")
+_STAYS = "has not helped: 0.[0-9] m in [0-9] s"
+MAY_END = (
+    "battery-low", "process-killed", "hangs-docking",
+    "bumper-stays", "wall-stays", "overcurrent-stays", "dock-stays",
+)  # fmt: skip
 """Faults after which the robot must give up and not drive on."""
 _MAYBE_MOVED = "somebody may have moved the robot"
 ENDS_BY_DEFAULT = {
@@ -24,6 +28,10 @@ ENDS_BY_DEFAULT = {
     "kidnapped": "a wheel hangs|does not obey since it was lifted",
     "charger-plugged": "the base is in [A-Z]+ mode and does not drive",
     "mode-passive": "the base is in [A-Z]+ mode and does not drive",
+    "bumper-stays": _STAYS,
+    "wall-stays": _STAYS,
+    "overcurrent-stays": _STAYS,
+    "dock-stays": _STAYS,
 }
 """Faults that may end a search by the product's settings, and the reason that it must then give."""
 
