@@ -36,13 +36,13 @@ class MountConfig(BaseModel):
 
     model_config = SETTINGS
 
-    height: float = Field(default=0.60, gt=0.0)
+    height: float = Field(default=0.60, ge=0.1, le=2.0)
     """Height of the optical centre above the floor [m]."""
-    forward: float = 0.05
+    forward: float = Field(default=0.05, ge=-0.5, le=0.5)
     """Distance of the optical centre ahead of the wheel axle [m]."""
     tilt: float = Field(default=0.15, gt=-1.4, lt=1.4)
     """Angle by which the camera looks down from the horizontal [rad]."""
-    left: float = 0.0
+    left: float = Field(default=0.0, ge=-0.5, le=0.5)
     """Distance of the optical centre to the left of the middle of the axle [m]."""
     yaw: float = Field(default=0.0, gt=-1.6, lt=1.6)
     """Angle by which the camera looks to the left of the base's heading [rad]."""
@@ -60,10 +60,10 @@ class GyroSettlingConfig(BaseModel):
 
     model_config = SETTINGS
 
-    seconds: float = Field(default=2.0, ge=0.0)
+    seconds: float = Field(default=2.0, ge=0.0, le=600.0)
     """The robot stands still for at least this time [s]."""
-    frames: int = Field(default=5, ge=0)
-    """The robot stands still for at least this number of frames."""
+    frames: int = Field(default=5, ge=0, le=10_000)
+    """The robot stands still for at least this number of frames [1]."""
 
 
 class BeliefSearchConfig(BaseModel):
@@ -72,27 +72,27 @@ class BeliefSearchConfig(BaseModel):
     model_config = SETTINGS
 
     sure: float = Field(default=0.8, gt=0.0, lt=1.0)
-    """Probability from which the robot says that it has arrived, early in a search; in one for a
-    room until nothing is left to see."""
+    """Probability from which the robot says that it has arrived, early in a search [1]; in one for
+    a room until nothing is left to see."""
     settled: float = Field(default=0.6, gt=0.0, lt=1.0)
-    """The same, late in a search for a thing."""
+    """The same, late in a search for a thing [1]."""
     last: float = Field(default=0.4, gt=0.0, lt=1.0)
-    """The same when nothing is left to see, and from twice as late on."""
-    patience: int = Field(default=300, gt=0)
-    """Number of steps after which a search is late."""
+    """The same when nothing is left to see, and from twice as late on [1]."""
+    patience: int = Field(default=300, ge=1, le=1_000_000)
+    """Number of steps after which a search is late [1]."""
     candidate: float = Field(default=0.25, gt=0.0, lt=1.0)
-    """Probability below which places are mostly left until nothing better is to be done: a
-    look at one is worth less by the square of its share of this."""
-    commitment: float = Field(default=0.3, ge=0.0)
-    """Share by which another aim must be better than the present one."""
-    findings: float = Field(default=0.015, gt=0.0)
+    """Probability below which places are mostly left until nothing better is to be done [1]: a look
+    at one is worth less by the square of its share of this."""
+    commitment: float = Field(default=0.3, ge=0.0, le=10.0)
+    """Share by which another aim must be better than the present one [1]."""
+    findings: float = Field(default=0.015, ge=1e-6, le=10.0)
     """Chance that a square metre not seen yet shows what is asked for, in a place like any other
     [1/m^2]."""
-    worth: float = Field(default=0.005, ge=0.0)
+    worth: float = Field(default=0.005, ge=0.0, le=10.0)
     """Probability for each metre of way below which nothing is tried any more, after twice the
     patience: the search ends, as not found [1/m]. It rises to that from 0 when a search is late."""
     doubt: float = Field(default=0.2, gt=0.0, lt=1.0)
-    """Factor of the probability of a place that was looked at from near and not believed."""
+    """Factor of the probability of a place that was looked at from near and not believed [1]."""
 
 
 class ObjectNavConfig(BaseModel):
@@ -107,24 +107,24 @@ class ObjectNavConfig(BaseModel):
     settings alone."""
     search: BeliefSearchConfig = BeliefSearchConfig()
     found: float = Field(default=0.5, gt=0.0, lt=1.0)
-    """Probability above which a place on the map answers a question."""
+    """Probability above which a place on the map answers a question [1]."""
     threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
-    """Similarity above which an element is the goal (theta), by the method `paper`. Without it the
-    encoder's own is used."""
+    """Similarity above which an element is the goal (theta), by the method `paper` [1]. Without it
+    the encoder's own is used."""
     settling: GyroSettlingConfig = GyroSettlingConfig()
     waypoint_reaches: tuple[Reach, ...] = Field(
         default=(Reach(distance=0.25, extent=0.05), Reach(distance=0.8, extent=0.05)), min_length=1
     )
     """How near the robot goes to a place on the map that it is sent to, the best first."""
-    max_steps: int = Field(default=1000, gt=0, le=1_000_000)
-    """Number of steps for one goal after which the robot gives up (paper, section IV-C)."""
-    max_exploration_steps: int = Field(default=3000, gt=0, le=1_000_000)
-    """Number of steps after which the robot gives up an exploration without a goal."""
+    max_steps: int = Field(default=1000, ge=1, le=1_000_000)
+    """Number of steps for one goal after which the robot gives up (paper, section IV-C) [1]."""
+    max_exploration_steps: int = Field(default=3000, ge=1, le=1_000_000)
+    """Number of steps after which the robot gives up an exploration without a goal [1]."""
     look_around: bool = True
     """Whether the robot turns once on the spot before the first goal."""
-    look_around_rate: float = Field(default=1.3, gt=0.0)
+    look_around_rate: float = Field(default=1.3, ge=0.05, le=4.3)
     """Angular velocity of the turn before the first goal [rad/s]."""
-    recognising_rate: float = Field(default=0.5, gt=0.0)
+    recognising_rate: float = Field(default=0.5, ge=0.05, le=4.3)
     """Angular velocity of the turn of a robot that is lost; slow, for sharp images [rad/s]."""
 
 
@@ -133,9 +133,9 @@ class DockingConfig(BaseModel):
 
     model_config = SETTINGS
 
-    before: float = Field(default=0.8, gt=0.0)
+    before: float = Field(default=0.8, ge=0.2, le=3.0)
     """Distance from the dock at which the base begins to look for the contacts by itself [m]."""
-    patience: float = Field(default=90.0, gt=0.0)
+    patience: float = Field(default=90.0, ge=5.0, le=3600.0)
     """Time that the base has to find the contacts [s]."""
 
 
@@ -148,11 +148,11 @@ class PerceptionConfig(BaseModel):
     depth_mapper: DepthMapperConfig = DepthMapperConfig()
     surroundings: LocalMapConfig = LocalMapConfig()
     clip_mapper: ClipMapperConfig = ClipMapperConfig()
-    embedding_latency: float = Field(default=0.12, ge=0.0)
+    embedding_latency: float = Field(default=0.12, ge=0.0, le=60.0)
     """Duration of one frame's embedding in simulated time [s]."""
-    cloud_stride: int = Field(default=8, gt=0)
-    """A keyframe adds every n-th pixel of every n-th row to the coloured cloud."""
-    cloud_range: float = Field(default=4.0, gt=0.0)
+    cloud_stride: int = Field(default=8, ge=1, le=480)
+    """A keyframe adds every n-th pixel of every n-th row to the coloured cloud [px]."""
+    cloud_range: float = Field(default=4.0, ge=0.1, le=65.0)
     """Pixels with more depth than this are not added to the coloured cloud [m]."""
 
 

@@ -35,11 +35,11 @@ class SpatialFilterConfig(BaseModel):
     model_config = SETTINGS
 
     alpha: float = Field(0.5, ge=0.25, le=1.0)
-    """Weight of a pixel against its neighbours; 1 smooths nothing."""
+    """Weight of a pixel against its neighbours [1]; 1 smooths nothing."""
     delta: int = Field(20, ge=1, le=50)
     """Least step that counts as an edge [1/32 px of disparity]."""
     passes: int = Field(2, ge=1, le=5)
-    """Number of passes over the image."""
+    """Number of passes over the image [1]."""
 
 
 class TemporalFilterConfig(BaseModel):
@@ -48,12 +48,12 @@ class TemporalFilterConfig(BaseModel):
     model_config = SETTINGS
 
     alpha: float = Field(0.4, ge=0.0, le=1.0)
-    """Weight of the newest image; 1 smooths nothing."""
+    """Weight of the newest image [1]; 1 smooths nothing."""
     delta: int = Field(20, ge=1, le=100)
     """Least step that counts as a change of the scene [1/32 px of disparity]."""
     persistence: int = Field(0, ge=0, le=8)
-    """The SDK's rule for filling holes from former images; 0 fills none, since former images do not
-    match once the robot has moved."""
+    """The SDK's rule for filling holes from former images [1]; 0 fills none, since former images do
+    not match once the robot has moved."""
 
 
 class DepthFilterConfig(BaseModel):
@@ -65,9 +65,9 @@ class DepthFilterConfig(BaseModel):
 
     model_config = SETTINGS
 
-    nearest: float | None = Field(None, gt=0)
+    nearest: float | None = Field(default=None, ge=0.05, le=20.0)
     """Depth below which a pixel counts as not measured; None has no limit [m]."""
-    farthest: float | None = Field(None, gt=0)
+    farthest: float | None = Field(default=None, ge=0.1, le=65.0)
     """Depth above which a pixel counts as not measured; None has no limit [m]."""
     spatial: SpatialFilterConfig | None = None
     """Smoothing of each image; None does not smooth."""
@@ -88,16 +88,17 @@ class RealSenseConfig(BaseModel):
 
     serial: str | None = None
     """Serial number printed on the camera; None takes the first camera found."""
-    width: int = Field(640, gt=0)
+    width: int = Field(default=640, ge=160, le=1920)
     """Width of the colour and the depth image [px]."""
-    height: int = Field(480, gt=0)
+    height: int = Field(default=480, ge=90, le=1080)
     """Height of the colour and the depth image [px]."""
-    fps: int = Field(30, gt=0)
-    """Images per second; the nearest lower rate where the camera lacks this one, as on USB 2."""
+    fps: int = Field(default=30, ge=1, le=300)
+    """Images per second [1/s]; the nearest lower rate where the camera lacks this one, as on USB
+    2."""
     preset: Preset | None = Preset.MEDIUM_DENSITY
     """Depth preset; None leaves the camera as it is. A map needs walls without holes to know where
     the home ends, and no phantoms in doorways."""
-    exposure_limit: float | None = Field(0.010, gt=0)
+    exposure_limit: float | None = Field(default=0.010, ge=1e-5, le=0.2)
     """Longest exposure that the camera may choose for depth; None has no limit [s]. At 1 rad/s, 10
     ms are 6 px of blur. Colour has no such setting; its exposure is limited to its frame period."""
     emitter: bool = True
@@ -106,11 +107,11 @@ class RealSenseConfig(BaseModel):
     """Filters of depth, live and recorded."""
     imu: bool = True
     """Whether to read gyroscope and accelerometer where the camera has them."""
-    gyro_rate: int = Field(200, gt=0)
-    """Gyroscope samples per second; the nearest rate of the camera is taken."""
-    accel_rate: int = Field(100, gt=0)
-    """Accelerometer samples per second; the nearest rate of the camera is taken."""
-    first_frame_timeout: float = Field(5.0, gt=0)
+    gyro_rate: int = Field(default=200, ge=1, le=1000)
+    """Gyroscope samples per second [1/s]; the nearest rate of the camera is taken."""
+    accel_rate: int = Field(default=100, ge=1, le=1000)
+    """Accelerometer samples per second [1/s]; the nearest rate of the camera is taken."""
+    first_frame_timeout: float = Field(default=5.0, ge=0.1, le=120.0)
     """Time for streams to bring their first frame, since a camera takes a while to start [s]."""
-    reconnect_timeout: float = Field(60.0, ge=0)
+    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0)
     """Time for a camera without frames to return [s]."""

@@ -22,7 +22,7 @@ from drivers.roomba.drive_command import (
     SURE_STOP,
     CommandedSpeeds,
     drive_command,
-    harmless,
+    within_limits,
 )
 from drivers.roomba.feedback import show_feedback
 from drivers.roomba.odd_values import OddValues
@@ -310,11 +310,7 @@ class RoombaControl:
             stopped = state is None or (motion != STOP and allowed(motion, state) == STOP)
             at_once = at_once or stopped
         self._wheels = (right, left) if at_once else self._ramped((right, left), period)
-        most = min(500, int(1000 * config.max_wheel_speed / config.wheel_scale + 1e-9))
-        right_mm_s, left_mm_s = (
-            harmless(max(-most, min(most, round(1000 * speed / config.wheel_scale))), most)
-            for speed in self._wheels
-        )
+        right_mm_s, left_mm_s = within_limits(*self._wheels, config)
         last, rest = self._commanded.latest or (0, 0), self._odometry.at_rest
         return (
             without_reversal(right_mm_s, last[0], rest[1]),

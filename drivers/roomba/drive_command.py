@@ -11,6 +11,7 @@ from collections import deque
 from functools import lru_cache
 
 from drivers.roomba.commands import Opcode, encode
+from drivers.roomba.config import RoombaConfig
 
 _LIVE = frozenset(Opcode)
 _HARMLESS = tuple(
@@ -18,6 +19,8 @@ _HARMLESS = tuple(
 )
 """Speeds [mm/s] neither of whose bytes is an opcode: 128 to 146, for one, are not among them."""
 
+WHEEL_BASE = 0.235
+"""Distance of the wheels by the manual [m]."""
 COMPLETION = 4 * bytes([24])
 """Completes a wheel command that lost a byte, and is nothing by itself: 24 is no opcode, no opcode
 differs from it by one bit, and as the data of Buttons it presses none that moves the base.
@@ -39,6 +42,30 @@ def harmless(speed: int, most: int = 500) -> int:
     above = bisect(_HARMLESS, speed)
     around = [near for near in _HARMLESS[max(above - 1, 0) : above + 1] if abs(near) <= most]
     return min(around, key=lambda other: (abs(other - speed), abs(other)))
+
+
+def within_limits(right: float, left: float, config: RoombaConfig) -> tuple[int, int]:
+    """`harmless` speeds of right and left wheel [mm/s] that keep their ratio as far as limits let.
+
+    The limits hold for what the wheels do, with the manual's geometry as well as with the
+    calibrated one: settings that are wrong make no wheel and no turn faster.
+
+    Args:
+        right: Wanted speed at the rim by the calibration [m/s].
+        left: Likewise.
+        config: Limits and calibration.
+    """
+    rolls = max(1.0, config.wheel_scale)
+    most = min(500, int(1000 * config.max_wheel_speed / rolls + 1e-9))
+    apart = 1000 * config.max_turn_rate * WHEEL_BASE / rolls
+    right, left = 1000 * right / config.wheel_scale, 1000 * left / config.wheel_scale
+    fastest, differ = max(abs(right), abs(left)), abs(right - left)
+    share = min(1.0, most / max(fastest, 1e-9), apart / max(differ, 1e-9))
+    while True:
+        wheels = harmless(round(share * right), most), harmless(round(share * left), most)
+        if abs(wheels[0] - wheels[1]) <= apart:
+            return wheels
+        share *= 0.95  # what is kept clear of opcodes may lie farther apart
 
 
 def drive_command(right: int, left: int) -> bytes:

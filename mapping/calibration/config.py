@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel
+from typing import Annotated
+
+from pydantic import BaseModel, Field
 
 from vizbot.core.settings import SETTINGS
+
+_Rate = Annotated[float, Field(ge=-1.0, le=1.0)]
 
 
 class ResidualsConfig(BaseModel):
@@ -12,19 +16,19 @@ class ResidualsConfig(BaseModel):
 
     model_config = SETTINGS
 
-    axle: float = 0.0
+    axle: float = Field(default=0.0, ge=0.0, le=1.0)
     """Apparent motion of the middle of the axle in the turn (RMS) [m]."""
-    floor: float = 0.0
+    floor: float = Field(default=0.0, ge=0.0, le=1.6)
     """Angle between the floor's normal and the axis of the turn [rad]."""
-    height: float = 0.0
+    height: float = Field(default=0.0, ge=0.0, le=1.0)
     """Spread of the camera's height [m]."""
-    wheel_base: float = 0.0
-    """Half the difference between the turns to the left and to the right, as a fraction."""
-    wheel_scale: float = 0.0
-    """Half the difference between the distances ahead and back, as a fraction."""
-    yaw: float = 0.0
+    wheel_base: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Half the difference between the turns to the left and to the right, as a fraction [1]."""
+    wheel_scale: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Half the difference between the distances ahead and back, as a fraction [1]."""
+    yaw: float = Field(default=0.0, ge=0.0, le=1.6)
     """Half the angle between the headings ahead and back [rad]."""
-    gyro_bias: float = 0.0
+    gyro_bias: float = Field(default=0.0, ge=0.0, le=1.0)
     """Standard error of the mean of the rates at rest [rad/s]."""
 
 
@@ -35,7 +39,7 @@ class CalibrationConfig(BaseModel):
 
     date: str = ""
     """Date of the calibration; empty before `vizbot calibrate`, which sets it."""
-    gyro_bias: tuple[float, float, float] | None = None
+    gyro_bias: tuple[_Rate, _Rate, _Rate] | None = None
     """Rates of the gyroscope at rest, in `cam`, for information: each run learns them anew
     [rad/s]."""
     residuals: ResidualsConfig = ResidualsConfig()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from mapping.keyframes.config import KeyframeConfig, PlaceIndexConfig, PoseGraphConfig
 from mapping.odometry.config import DeadReckoningConfig, FeatureConfig, GatingConfig, OdometryConfig
@@ -38,11 +38,12 @@ class SlamConfig(BaseModel):
     """When the robot counts as carried away."""
     relocalisation: RelocalisationConfig = RelocalisationConfig()
     """When a lost robot counts as relocalised."""
-    search: float = 0.07
-    """Radius of the search around a predicted corner, as a fraction of the image's width."""
-    wide_search: float = 0.5
-    """The same radius where the motion was not as predicted."""
-    closure_search: float = 0.2
-    """The same radius where a loop may close, after some drift."""
-    nearby_tries: int = 3
-    """Number of other keyframes that a frame is compared with when the last one does not match."""
+    search: float = Field(default=0.07, ge=0.005, le=1.0)
+    """Radius of the search around a predicted corner, as a fraction of the image's width [1]."""
+    wide_search: float = Field(default=0.5, ge=0.005, le=1.0)
+    """The same radius where the motion was not as predicted [1]."""
+    closure_search: float = Field(default=0.2, ge=0.005, le=1.0)
+    """The same radius where a loop may close, after some drift [1]."""
+    nearby_tries: int = Field(default=3, ge=0, le=100)
+    """Number of other keyframes that a frame is compared with when the last one does not match
+    [1]."""

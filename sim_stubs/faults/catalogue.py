@@ -25,6 +25,8 @@ _MOST = 100.0
 _SLOW = 10.0
 """Factor of the time of embedding."""
 _BACKED_OFF = "stop, back off by 0.3 m at most, then rest and say so"
+_LATEST = 86400.0
+"""Latest start and longest duration that may be asked for [s]."""
 _HOUR = 3600.0
 """Period of drawn times [s]; no run is longer."""
 
@@ -215,8 +217,8 @@ def parse_faults(text: str) -> list[PlannedFault]:
             planned.append(_planned(fault, item[len(name) :]))
         except ValueError as error:
             raise ConfigError(
-                f"--faults {item!r}: give {name}, {name}@SECONDS, {name}@SECONDS+LENGTH or"
-                f" {name}~TIMES_A_MINUTE, {_MOST:.0f} at most"
+                f"--faults {item!r}: give {name}, {name}@SECONDS or {name}@SECONDS+LENGTH,"
+                f" {_LATEST:.0f} s at most each, or {name}~TIMES_A_MINUTE, {_MOST:.0f} at most"
             ) from error
     return planned
 
@@ -294,11 +296,11 @@ def _planned(fault: Fault, times: str) -> PlannedFault:
     if not times.startswith("@"):
         raise ValueError(times)
     start, plus, seconds = times[1:].partition("+")
-    lasts = _between(seconds, 0.0) if plus else fault.seconds
-    return PlannedFault(fault, _between(start, 0.0), lasts)
+    lasts = _between(seconds, 0.0, _LATEST) if plus else fault.seconds
+    return PlannedFault(fault, _between(start, 0.0, _LATEST), lasts)
 
 
-def _between(text: str, least: float, most: float = math.inf) -> float:
+def _between(text: str, least: float, most: float) -> float:
     value = float(text)
     if not (math.isfinite(value) and least <= value <= most):
         raise ValueError(text)

@@ -31,7 +31,6 @@ _SHARE = 0.01
 """Share of the bytes that a bad line changes."""
 _JUMP = 10_000
 _OUT_OF_SIGHT = SimulatedDock(planar(1000.0, 1000.0, 0.0))
-"""A base that looks for it turns on the spot."""
 _BUMPER = BumpsAndWheelDrops.BUMP_LEFT | BumpsAndWheelDrops.BUMP_RIGHT
 _EMPTY_MAH, _CAPACITY_MAH = 130, 2600
 
@@ -122,6 +121,25 @@ class LooseCable:
             raise OSError(errno.EIO, "device disconnected")
 
 
+class BentContacts:
+    """Contacts that report a dock, wherever the base is, while `dock-stays` is active."""
+
+    def __init__(self, schedule: FaultSchedule) -> None:
+        self._schedule = schedule
+
+    def infrared(self, T_world_base: SE3) -> tuple[int, int, int]:
+        """No beam: there is no dock."""
+        return 0, 0, 0
+
+    def touches(self, T_world_base: SE3) -> bool:
+        """Whether the fault is active."""
+        return self._schedule.active("dock-stays")
+
+    def seek_speeds(self, T_world_base: SE3) -> tuple[float, float]:
+        """A base that looks for a dock turns on the spot: none is in sight."""
+        return (0.0, 0.0) if self.touches(T_world_base) else _OUT_OF_SIGHT.seek_speeds(T_world_base)
+
+
 class FaultyRoomba:
     """A simulated Roomba with the faults of a schedule: a `LockstepDevice`.
 
@@ -145,7 +163,7 @@ class FaultyRoomba:
         self.body = FaultyBody(body, schedule, seed, place)
         self._schedule = schedule
         self._line = FaultyLine(schedule, seed)
-        self._roomba = SimulatedRoomba(self.body, dock=_OUT_OF_SIGHT, noise=self._line)
+        self._roomba = SimulatedRoomba(self.body, dock=BentContacts(schedule), noise=self._line)
         self.path = self._roomba.path
         self._begun: dict[str, float | None] = {}
         self._sleeps = False
@@ -217,8 +235,6 @@ class FaultyRoomba:
             values[Packet.VIRTUAL_WALL] = 1
         if self._schedule.active("bumper-stays"):
             values[Packet.BUMPS_AND_WHEEL_DROPS] = _BUMPER
-        if self._schedule.active("dock-stays"):
-            values[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
         if self._schedule.active("charger-plugged"):
             values[Packet.CHARGING_SOURCES] = ChargingSources.INTERNAL_CHARGER
         if self.body.stalls or self._schedule.active("overcurrent-stays"):

@@ -24,7 +24,7 @@ from drivers.roomba.packets import (
 from drivers.roomba.serial_port import SerialPort
 from drivers.roomba.stream import encode_sensor_frame
 from sim_stubs.roomba.battery import Battery
-from sim_stubs.roomba.dock import SimulatedDock
+from sim_stubs.roomba.dock import Dock
 from sim_stubs.roomba.serial_line import LineNoise, SerialLine
 from sim_stubs.roomba.songs import Songs
 from sim_stubs.roomba.wheels import Wheels, within_range
@@ -102,7 +102,7 @@ class SimulatedRoomba:
         self,
         body: Body,
         encoder_counts: tuple[int, int] = (0, 0),
-        dock: SimulatedDock | None = None,
+        dock: Dock | None = None,
         charge: float = 1.0,
         noise: LineNoise | None = None,
     ) -> None:
@@ -201,9 +201,7 @@ class SimulatedRoomba:
             return
         contacts = self._body.contacts
         cliff = any(contacts.cliffs) and self._wheels.stops_for_cliffs
-        charger = ChargingSources.INTERNAL_CHARGER in ChargingSources(
-            self.overrides.get(Packet.CHARGING_SOURCES, 0)
-        )
+        charger = self.overrides.get(Packet.CHARGING_SOURCES, 0) != 0
         if cliff or any(contacts.wheel_drops) or charger:
             self._wheels.stop()
             self.mode = BaseMode.PASSIVE

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -30,6 +31,22 @@ _SPIN, _CREEP = 60.0, 100.0
 """Speeds of the wheels while the base seeks the dock [mm/s]."""
 _FIRST = 160
 """First character of the dock of the 600 series, without any beam."""
+
+
+class Dock(Protocol):
+    """What a base senses of a dock, as of `SimulatedDock`."""
+
+    def infrared(self, T_world_base: SE3) -> tuple[int, int, int]:
+        """Characters at the robot's omnidirectional, left and right receivers."""
+        ...
+
+    def touches(self, T_world_base: SE3) -> bool:
+        """Whether the robot stands on the charging contacts."""
+        ...
+
+    def seek_speeds(self, T_world_base: SE3) -> tuple[float, float]:
+        """Left, right wheel speed [mm/s] of a base that seeks the dock."""
+        ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)

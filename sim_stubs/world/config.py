@@ -13,21 +13,21 @@ class WorldConfig(BaseModel):
 
     model_config = SETTINGS
 
-    robot_radius: float = Field(default=0.175, gt=0.0)
+    robot_radius: float = Field(default=0.175, ge=0.05, le=0.5)
     """Radius of the base with its bumper [m]."""
-    mast_radius: float = Field(default=0.06, gt=0.0)
+    mast_radius: float = Field(default=0.06, ge=0.005, le=0.3)
     """Radius of the mast with the camera [m]."""
-    wheel_base: float = Field(default=0.235, gt=0.0)
+    wheel_base: float = Field(default=0.235, ge=0.15, le=0.35)
     """True distance of the wheels [m]."""
-    wheel_acceleration: float = Field(default=2.0, gt=0.0)
+    wheel_acceleration: float = Field(default=2.0, ge=0.1, le=50.0)
     """Acceleration of a wheel to its commanded speed [m/s^2]."""
-    wheel_scale: float = Field(default=1.0, gt=0.0)
-    """Metres truly rolled for each metre that a wheel counts."""
-    wheel_scale_noise: float = Field(default=0.003, ge=0.0)
-    """Standard deviation of each wheel's relative error of scale, drawn once for a run."""
-    slip_noise: float = Field(default=0.003, ge=0.0)
+    wheel_scale: float = Field(default=1.0, ge=0.5, le=2.0)
+    """Metres truly rolled for each metre that a wheel counts [1]."""
+    wheel_scale_noise: float = Field(default=0.003, ge=0.0, le=0.5)
+    """Standard deviation of each wheel's relative error of scale, drawn once for a run [1]."""
+    slip_noise: float = Field(default=0.003, ge=0.0, le=1.0)
     """Standard deviation of each wheel's slip over one metre [m]; it grows with the square root."""
-    step: float = Field(default=0.015, gt=0.0)
+    step: float = Field(default=0.015, ge=0.001, le=0.1)
     """Longest step of the motion [s]."""
 
     def outline(self, height: float, forward: float) -> Outline:

@@ -12,6 +12,8 @@ MJCF = (".xml", ".mjcf")
 """Endings of MuJoCo's files."""
 OFFICE = "office"
 """The world with this name is the office."""
+_FARTHEST, _TURNED = 1000.0, 3600.0
+"""Farthest coordinate [m] and largest angle [degrees] of a start."""
 _MOST_DIGITS = 18
 """Of a seed."""
 
@@ -55,7 +57,7 @@ def parse_start(text: str) -> tuple[float, float, float]:
     """A start x, y [m], yaw [rad] from "X,Y,YAW_DEGREES".
 
     Raises:
-        ConfigError: these are no three finite numbers.
+        ConfigError: these are no three finite numbers, or none of a home.
     """
     try:
         x, y, degrees = (float(number) for number in text.split(","))
@@ -64,5 +66,10 @@ def parse_start(text: str) -> tuple[float, float, float]:
     if not isfinite(x + y + degrees):
         raise ConfigError(
             f"--start {text!r} is no place; give X,Y,YAW_DEGREES, for example 1.5,-2,90"
+        )
+    if max(abs(x), abs(y)) > _FARTHEST or abs(degrees) > _TURNED:
+        raise ConfigError(
+            f"--start {text!r} is in no home; give X,Y in metres, at most {_FARTHEST:g} either"
+            f" way, and the yaw in degrees, at most {_TURNED:g}"
         )
     return x, y, radians(degrees)

@@ -46,12 +46,12 @@ CONFIG = """
     unknown | no setting speed; use | serial_port
     misspelt | no setting mount.hieght; use height
     words | mount.height = 'high' | must be a number | [m]
-    low | mount.height = -1 | greater than 0
+    low | mount.height = -1 | at least 0.1, in metres
     tall | the camera's top at 1.55 m | set perception.depth_mapper.scan.max_height to 1.55
     steep | mount.tilt = 1.5 | less than 1.4
     endless | mount.tilt = inf | finite
     half | objectnav.max_steps = 1.5 | whole number
-    none | objectnav.max_steps = 0 | greater than 0
+    none | objectnav.max_steps = 0 | at least 1
     many | objectnav.max_steps = 1000001 | at most 1000000
     perhaps | half = 'perhaps' | true or false
     number | serial_port = 3 | must be text
@@ -89,6 +89,8 @@ TABLE = """
     dry-run sofa --start 1,2 | '1,2' | X,Y,YAW_DEGREES
     dry-run sofa --start a,b,c | 'a,b,c' | X,Y,YAW_DEGREES
     dry-run sofa --start 1,2,nan | '1,2,nan' | X,Y,YAW_DEGREES
+    dry-run sofa --start 1500,-2000,90 | '1500,-2000,90' | in metres, at most 1000
+    dry-run sofa --start 1,2,1e9 | '1,2,1e9' | in degrees, at most 3600
     dry-run sofa --start 1,2,0 --camera realsense | --start | 'realsense' | --camera sim
     dry-run sofa --camera webcam | 'webcam' | realsense | .db3 | .bag | TUM
     dry-run sofa --camera notes | notes | camera.json | --intrinsics
@@ -106,6 +108,8 @@ TABLE = """
     dry-run sofa --explore --serve | --explore | no TEXT
     dry-run sofa --faults flood@3 | 'flood' | bump
     dry-run sofa --faults bump@soon | 'bump@soon' | bump@SECONDS
+    dry-run sofa --faults bump@1e9 | 'bump@1e9' | 86400 s at most
+    dry-run sofa --faults bump@3+1e9 | 'bump@3+1e9' | 86400 s at most
     dry-run sofa --faults bump@3 --base none | bump | --base sim
     dry-run sofa --faults '' | '' in --faults | camera-frozen
     dry-run sofa --method magic | --method magic | 'belief', 'paper'
@@ -153,7 +157,7 @@ TABLE = """
     launch --language xx | --language xx | de, en
     launch --world 3 | --world. See: | --help
     launch sofa | (sofa) | --help
-    doctor --config low.toml | mount.height = -1 | greater than 0
+    doctor --config low.toml | mount.height = -1 | at least 0.1, in metres
     doctor now | (now) | --help
     calibrate --base none | --base none | roomba or sim
     calibrate --base tank | 'tank' | roomba or sim
@@ -201,7 +205,7 @@ TABLE = """
     map delete a/b --yes | 'a/b' | letters, digits
     map query home sofa --clip nosuch | 'nosuch' | ViT-B/32
     map query home sofa --method magic | --method magic | 'belief', 'paper'
-    map query home sofa --config low.toml | mount.height = -1 | greater than 0
+    map query home sofa --config low.toml | mount.height = -1 | at least 0.1, in metres
     map export home --format obj --out a.obj | 'obj' | ply or tum
     map export home --format ply | '--out' | --help
     map export home --format ply --out home/a.ply | home/a.ply | outside of it
@@ -226,6 +230,8 @@ TABLE = """
     bench slam nowhere | nowhere: no such folder | TUM
     bench slam walk --stride 0 | --stride 0 | at least 1
     bench slam walk --seeds 1000 | --seeds 1000 | leave it out
+    bench slam walk --stride 1001 | --stride 1001 | at most 1000
+    bench slam --hours 1e9 | --hours 1e9 | at most 1000
     bench slam --hours 0 | --hours 0 | at least 0.001
     bench slam --hours 1 --seeds 1000,1001 | --seeds 1000,1001 | one
     bench questions walk | --questions FILE.toml
@@ -263,6 +269,7 @@ TABLE = """
     stub realsense --out torn.db3 | torn.db3 | another name
     stub realsense --out no/a.db3 | no/a.db3 | make it first
     stub realsense --out a.db3 --seconds 0 | --seconds 0 | give 10
+    stub realsense --out a.db3 --seconds 1e9 | --seconds 1e+09 | 3600 seconds at most
     stub realsense --out a.db3 --seconds nan | --seconds nan | give 10
     stub realsense --out a.db3 --seconds long | --seconds long | must be a number
     stub realsense --out a.db3 --world atlantis | 'atlantis' | a seed

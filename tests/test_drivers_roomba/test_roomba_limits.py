@@ -2,9 +2,14 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from drivers.roomba.config import RoombaConfig
+from drivers.roomba.drive_command import harmless, within_limits
 from drivers.roomba.packets import Packet
 from tests.helpers.roomba_rig import PERIOD
+from vizbot.core.diff_drive import wheel_speeds
 from vizbot.core.types import STOP, Twist
 
 
@@ -89,3 +94,42 @@ def test_firmware_may_round_commanded_speeds_if_allowed_to(
     rig.drive(Twist(0.2, 0.0), 2.0)
     assert (min(rig.floor.wheel_travel) > 0.3) == drives
     assert ("raise echo_tolerance" in caplog.text) != drives
+
+
+@given(
+    linear=st.floats(-3.0, 3.0),
+    angular=st.floats(-40.0, 40.0),
+    wheel_base=st.floats(0.15, 0.35),
+    wheel_scale=st.floats(0.8, 1.25),
+    max_wheel_speed=st.floats(0.05, 0.5),
+    max_turn_rate=st.floats(0.1, 4.3),
+)
+def test_the_limits_hold_for_what_the_wheels_do_whatever_the_calibration_says(
+    linear, angular, wheel_base, wheel_scale, max_wheel_speed, max_turn_rate
+):
+    config = RoombaConfig(
+        wheel_base=wheel_base, wheel_scale=wheel_scale,
+        max_wheel_speed=max_wheel_speed, max_turn_rate=max_turn_rate,
+    )  # fmt: skip
+    left, right = wheel_speeds(Twist(linear, angular), wheel_base)
+    sent = np.array(within_limits(right, left, config)) / 1000
+    assert np.abs(sent).max() <= max_wheel_speed and np.abs(sent).max() <= 0.5
+    assert wheel_scale * np.abs(sent).max() <= max_wheel_speed + 1e-9
+    turn = abs(sent[0] - sent[1]) / 0.235
+    assert turn <= max_turn_rate + 1e-9 and wheel_scale * turn <= max_turn_rate + 1e-9
+
+
+@pytest.mark.parametrize("wheel_base", [0.235, 0.35])
+def test_a_wrong_distance_of_wheels_makes_no_turn_faster_than_allowed(open_rig, wheel_base):
+    rig = open_rig(wheel_base=wheel_base)
+    rig.drive(Twist(0.0, 2.0), 1.0)
+    left, right = rig.floor.speeds
+    assert 1.8 <= (right - left) / 0.235 <= 2.0
+
+
+def test_a_twist_within_the_limits_is_sent_as_it_is():
+    config = RoombaConfig()
+    for linear, angular in ((0.43, 0.3), (0.0, 1.3), (-0.12, 0.0), (0.2, -1.0)):
+        left, right = wheel_speeds(Twist(linear, angular), config.wheel_base)
+        wanted = harmless(round(1000 * right)), harmless(round(1000 * left))
+        assert within_limits(right, left, config) == wanted

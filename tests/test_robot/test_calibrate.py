@@ -86,6 +86,18 @@ def test_wheels_and_mount_are_found_from_what_the_robot_sees(seed, home):
     assert all(0.0 <= residual < 0.02 for _, residual in residuals)
     error = np.subtract(found.calibration.gyro_bias, true_bias)
     assert np.linalg.norm(error) < 4 * residuals.gyro_bias
+    with pytest.raises(DeviceError) as refusal:
+        solve([counted_twice(sample) for sample in samples], believed)
+    line = str(refusal.value)
+    assert "\n" not in line and "wheel_base = 0.1" in line and "at least 0.15, in metres" in line
+    assert "wheel_scale = 0." in line and "at least 0.8" in line and "calibrate on open" in line
+
+
+def counted_twice(sample: Sample) -> Sample:
+    """The sample of wheels that slip: they count twice the way."""
+    T_odom_base = sample.T_odom_base.copy()
+    T_odom_base[:2, 3] *= 2.0
+    return replace(sample, T_odom_base=T_odom_base)
 
 
 def test_it_stops_where_something_is_in_its_way(monkeypatch):

@@ -20,7 +20,7 @@ def test_a_misspelt_key_is_named(tmp_path):
     ("settings", "line"),
     [
         ("serial_prot = 1", "there is no setting serial_prot; use serial_port"),
-        ("[mount]\nheight = -3.0", "mount.height = -3.0: it must be greater than 0"),
+        ("[mount]\nheight = -3.0", "mount.height = -3.0: it must be at least 0.1, in metres"),
         (
             "mount = 3\nhalf = 'x'",
             "half = 'x': it must be true or false.*; mount = 3: it must be a table",
@@ -43,14 +43,14 @@ def test_every_wrong_setting_is_told_with_its_value_and_a_remedy(tmp_path, setti
         ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: it must be at most"),
         (
             "[[objectnav.waypoint_reaches]]\ndistance = -1\nextent = 1",
-            "distance = -1: it must be greater",
+            "distance = -1: it must be at least 0.05",
         ),
         (
             "[perception.clip_mapper]\nscales = []",
             "scales = []: it has 0 entries",
         ),
         ("[perception.clip_mapper]\npatch_size = 225", "{'patch_size': 225}: scale -1 of"),
-        ("[mount]\nheight = 3.0", "robot.toml: the camera's top at 3.05 m is above"),
+        ("[mount]\nheight = 1.5", "robot.toml: the camera's top at 1.55 m is above"),
     ],
 )
 def test_a_wrong_setting_has_its_true_reason_alone(tmp_path, settings, reason):

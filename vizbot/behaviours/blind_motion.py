@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from nav.config import UNDOCKING_TIME
 from vizbot.core.geometry import invert
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, Twist
@@ -17,8 +18,8 @@ FARTHEST, LONGEST = 0.3, 5.0
 """Way [m] and time [s] that the robot may drive backwards in all."""
 RETURNED = 0.15
 """Way ahead without a contact after which it may do so again [m]."""
-DOCK_MARGIN, DOCK_LONGEST = 0.1, 8.0
-"""Way beyond that off the dock [m], and time [s], that the robot may take to leave it."""
+DOCK_MARGIN = 0.1
+"""Way beyond the usual one that the robot may take to leave its dock [m]."""
 _LEAST = 0.005
 """Way that is not worth driving any more [m]."""
 _LATE = 0.02
@@ -57,7 +58,7 @@ class BlindMotion:
         """
         self._hold = hold + _LATE
         self._common = _Budget(FARTHEST, LONGEST)
-        self._off_dock = _Budget(undocking + DOCK_MARGIN, DOCK_LONGEST)
+        self._off_dock = _Budget(undocking + DOCK_MARGIN, UNDOCKING_TIME)
         self._drawn = self._common
         self._backing_since: float | None = None
         self._ahead = 0.0

@@ -10,18 +10,23 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ValidationError
 
+from drivers.roomba.config import RoombaConfig
 from mapping.calibration.config import CalibrationConfig, ResidualsConfig
 from mapping.calibration.robot_calibration import driven_distance, mount_from_motions, turned_about
 from vizbot.calibration.drive import Leg, Sample
 from vizbot.config import Config, MountConfig
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import invert, mount_angles, yaw_of
+from vizbot.core.settings import explained
 from vizbot.core.types import SE3
 
+_Model = TypeVar("_Model", bound=BaseModel)
 _FLOORS = 10
 """At least this many frames must show the floor."""
 _NO_FLOOR = "the camera hardly saw the floor; calibrate on open floor"
@@ -98,20 +103,27 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
         rolled, T_seen = _wheel_turn(samples, start, end), _between(samples, start, end).T_camera
         turns.append(rolled / turned_about(T_seen, up, rolled))
     wheel_ratio, turn_ratio = float(np.mean(ways)), float(np.mean(turns))
+    wheels = _possible(
+        RoombaConfig,
+        wheel_base=_rounded(config.roomba.wheel_base * wheel_ratio * turn_ratio),
+        wheel_scale=_rounded(config.roomba.wheel_scale * wheel_ratio),
+    )
     yaw, tilt, roll = mount_angles(mount.T_base_cam)
     forward, left, above = mount.T_base_cam[:3, 3]
     return Calibration(
-        MountConfig(
+        _possible(
+            MountConfig,
             height=_rounded(above), forward=_rounded(forward), left=_rounded(left),
             tilt=_rounded(tilt), yaw=_rounded(yaw), roll=_rounded(roll),
         ),
-        wheel_base=_rounded(config.roomba.wheel_base * wheel_ratio * turn_ratio),
-        wheel_scale=_rounded(config.roomba.wheel_scale * wheel_ratio),
+        wheel_base=wheels.wheel_base,
+        wheel_scale=wheels.wheel_scale,
         calibration=CalibrationConfig(
             date=date.today().isoformat(),
             gyro_bias=bias,
             residuals=_trusted(
-                ResidualsConfig(
+                _possible(
+                    ResidualsConfig,
                     axle=_rounded(mount.spin_residual),
                     floor=_rounded(mount.floor_residual),
                     height=_rounded(mount.height_residual),
@@ -164,8 +176,8 @@ def _wheel_turn(samples: Sequence[Sample], start: Leg, end: Leg) -> float:
 
 
 def _arc(T_odometry: SE3) -> float:
-    """Length of the arc that a base rolls to T_odometry [m]."""
-    return driven_distance(np.eye(4), T_odometry)
+    """Length of the arc that a base rolls to T_odometry [m]; a little where it counts nothing."""
+    return max(driven_distance(np.eye(4), T_odometry), 1e-6)
 
 
 def _plausible_bias(
@@ -190,6 +202,17 @@ def _standard_error(rates: NDArray[np.float64]) -> float:
     if len(rates) < 2:
         return 0.0
     return float(np.linalg.norm(rates.std(axis=0, ddof=1)) / np.sqrt(len(rates)))
+
+
+def _possible(model: type[_Model], **found: float) -> _Model:
+    """Settings with what was found; raises `DeviceError` for what no robot of this kind has."""
+    try:
+        return model(**found)
+    except ValidationError as error:
+        raise DeviceError(
+            f"the drive found what no robot of this kind has: {explained(error, model)}; look"
+            " whether a wheel slips or is blocked, then calibrate on open floor"
+        ) from error
 
 
 def _trusted(residuals: ResidualsConfig) -> ResidualsConfig:

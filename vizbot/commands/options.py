@@ -284,11 +284,15 @@ class BenchOptions:
     hours: Annotated[
         float | None,
         typer.Option(
-            "--hours", help="slam: drive in one home for so long; does the cost stay?", min=0.001
+            "--hours",
+            help="slam: drive in one home for so long; does the cost stay?",
+            min=0.001,
+            max=1000.0,
         ),
     ] = None
     stride: Annotated[
-        int | None, typer.Option("--stride", help="slam: use every so many frames.", min=1)
+        int | None,
+        typer.Option("--stride", help="slam: use every so many frames.", min=1, max=1000),
     ] = None
     vocabulary: Annotated[
         Path | None,

@@ -21,6 +21,8 @@ from vizbot.core.interrupts import ended_by_interrupt
 from vizbot.operator.printing import echo
 from vizbot.operator.typed_lines import typed_lines
 
+_LONGEST = 3600.0
+"""Longest recording [s]."""
 _DOCK_AHEAD = 2.0
 """Distance from the simulated Roomba to its dock [m]."""
 
@@ -54,8 +56,11 @@ def realsense(world: str, out: Path, seconds: float) -> None:
     if not out.absolute().parent.is_dir():
         raise ConfigError(f"--out {out}: its folder is not there; make it first")
     require_writable(out)
-    if not 0.0 < seconds < math.inf:
-        raise ConfigError(f"--seconds {seconds:g}: a recording takes some time; give 10, say")
+    if not 0.0 < seconds <= _LONGEST:
+        raise ConfigError(
+            f"--seconds {seconds:g}: a recording takes some time, {_LONGEST:g} seconds at most;"
+            " give 10, say"
+        )
     config = Config()
     with open_world(world, config.world, config.mount.T_base_cam) as home:
         if home.notice:

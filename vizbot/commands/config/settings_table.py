@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from vizbot.config import Config
+from vizbot.core.settings import UNIT
 from vizbot.operator.printing import printable
 
-_UNIT = re.compile(r" \[([^\]]+)\]")
 _BOUNDS = {
     "exclusiveMinimum": "> {}",
     "minimum": ">= {}",
@@ -42,13 +41,13 @@ class Setting:
     @property
     def unit(self) -> str:
         """Unit of its value; empty if it has none."""
-        found = _UNIT.search(self.description)
+        found = UNIT.search(self.description)
         return "" if found is None else found[1]
 
     @property
     def meaning(self) -> str:
         """Its description without the unit."""
-        return _UNIT.sub("", self.description)
+        return UNIT.sub("", self.description)
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +140,8 @@ def _values(node: Node, definitions: Node) -> str:
         case "number":
             return ", ".join(bounds) or "any number"
         case "array" if "prefixItems" in node:
-            return f"{len(node['prefixItems'])} numbers"
+            first, *_ = items = node["prefixItems"]
+            return f"{len(items)} numbers ({_values(first, definitions)})"
         case "array":
             items = _resolved(node["items"], definitions)
             inner = "tables" if "properties" in items else f"({_values(items, definitions)})"
