@@ -21,12 +21,12 @@ from vizbot.bench.faults.missions import (
     NearGoals,
     missions_in,
 )
-from vizbot.bench.faults.monitor import FARTHEST_ASTRAY, FaultStop
+from vizbot.bench.faults.monitor import FARTHEST_ASTRAY, FaultMonitor, FaultStop
 from vizbot.bench.faults.page import faults_page
 from vizbot.bench.faults.reflex_latency import ReflexLatency
 from vizbot.bench.faults.run import HungError, limit_wall_time
-from vizbot.bench.faults.scores import FaultScore, FaultSeries, score_series
-from vizbot.bench.faults.totals import WallClockTiming
+from vizbot.bench.faults.scores import FaultScore, FaultSeries, run_series, score_series
+from vizbot.bench.faults.totals import DefaultResults, WallClockTiming
 from vizbot.bench.harness.store import Store
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
@@ -80,6 +80,36 @@ def test_whatever_happens_the_robot_stops_in_time_and_nothing_is_lost(name):
         assert all(stop.in_time for stop in became.stops)
         assert became.map_kept is not False
         assert became.happened
+
+
+@pytest.mark.parametrize(
+    ("name", "farthest"),
+    [("bumper-stays", 0.3), ("wall-stays", 0.3), ("overcurrent-stays", 0.3), ("dock-stays", 0.6)],
+)
+def test_what_stays_ends_the_drive_rightly_and_little_is_driven_backwards(
+    name, farthest, monkeypatch
+):
+    way, advance = [], FaultMonitor.advance
+
+    def add(monitor, seconds):
+        way.append(max(0.0, -sum(monitor._body.asked) / 2) * seconds)
+        advance(monitor, seconds)
+
+    monkeypatch.setattr(FaultMonitor, "advance", add)
+    series = FaultSeries((name,), (3,), by_default=True)
+    score = run_series(series)
+    assert (score.happened, score.drove_on, score.ended, score.noticed) == (1, 1, 1, 1)
+    assert score.in_time == score.stops == (name != "dock-stays")
+    assert 0.9 * farthest < sum(way) <= farthest + 0.01
+    outcome = fault_tables.fault_result([], [], TIMING, by_default=DefaultResults([score]))
+    assert DefaultResults([score]).of_drives(name) == "ended 1 of 1" and outcome.text
+
+
+def test_who_backs_off_for_ever_has_not_ended_rightly():
+    for reported in ("", "the base is in PASSIVE mode and does not drive"):
+        became = replace(result(0.03, name="wall-stays", drove_on=False, reported=reported))
+        became = replace(became, drive=FaultDrive(("wall-stays",), 0, True))
+        assert score_series(FaultSeries(("wall-stays",), (0,), True), [became]).ended == 0
 
 
 def test_a_killed_program_leaves_wheels_at_rest():

@@ -71,7 +71,7 @@ def spent(base, before, felt, budget):
     touches = felt.keys() & {"bump_left", "virtual_wall", "overcurrents", "cliffs"}
     ahead = 0.0 if touches else max(0.0, ahead + rolled)
     if ahead >= 0.15:
-        return 0.0, 0.0, ahead
+        return 0.0, 0.0, 0.0
     backwards = base.driven[-1].linear < 0.0
     return way + max(0.0, -rolled), seconds + backwards * PERIOD, ahead
 
@@ -143,6 +143,20 @@ def test_way_ahead_without_a_contact_gives_the_budget_back_and_less_does_not(pip
             pipeline.tick(Task.EXPLORE)
         more = -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3])
         assert more == pytest.approx(0.3 if again else 0.0, abs=0.01)
+
+
+def test_much_way_ahead_is_not_saved_up(pipeline_on):
+    base = FrozenBase()
+    pipeline = pipeline_on(base)
+    pipeline.tick(Task.EXPLORE)
+    for _ in range(10):
+        base.T_odom_base = base.T_odom_base @ planar(0.5, 0.0, 0.0)
+        pipeline.tick(Task.MAP)
+    base.felt, there = {"docked": True}, base.T_odom_base
+    for _ in range(80):
+        pipeline.tick(Task.EXPLORE)
+    more = -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3])
+    assert more == pytest.approx(0.6, abs=0.01)
 
 
 def test_way_ahead_along_a_contact_gives_nothing_back(pipeline_on):

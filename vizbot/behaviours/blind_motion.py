@@ -84,6 +84,7 @@ class BlindMotion:
         touches = state.blocked or any(state.cliffs)
         self._ahead = 0.0 if touches else max(0.0, self._ahead + ahead)
         if self._ahead >= RETURNED:
+            self._ahead = 0.0
             for budget in (self._common, self._off_dock):
                 budget.way = budget.seconds = 0.0
 

@@ -10,7 +10,7 @@ from vizbot.bench.faults.camera_lock import CameraLock
 from vizbot.bench.faults.hung_pairs import HungPairs
 from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.reflex_latency import ReflexLatency
-from vizbot.bench.faults.scores import FaultScore
+from vizbot.bench.faults.scores import MAY_END, FaultScore
 from vizbot.bench.harness.scores import Rate
 from vizbot.bench.harness.tables import fraction_text, fraction_with_interval, markdown_table
 
@@ -53,6 +53,8 @@ class DefaultResults:
     def of_drives(self, name: str) -> str:
         """How the drives with a fault went on; a dash where it was not driven."""
         for score in self.scores:
+            if score.series.faults == (name,) and name in MAY_END:
+                return f"ended {score.ended} of {score.happened}"
             if score.series.faults == (name,):
                 return f"drove on {score.drove_on}, ended {score.ended} of {score.happened}"
         return "-"
