@@ -24,7 +24,7 @@ from drivers.roomba.packets import (
 from drivers.roomba.serial_port import SerialPort
 from drivers.roomba.stream import encode_sensor_frame
 from sim_stubs.roomba.battery import Battery
-from sim_stubs.roomba.dock import Dock
+from sim_stubs.roomba.dock import SensedDock
 from sim_stubs.roomba.serial_line import LineNoise, SerialLine
 from sim_stubs.roomba.songs import Songs
 from sim_stubs.roomba.wheels import Wheels, within_range
@@ -102,7 +102,7 @@ class SimulatedRoomba:
         self,
         body: Body,
         encoder_counts: tuple[int, int] = (0, 0),
-        dock: Dock | None = None,
+        dock: SensedDock | None = None,
         charge: float = 1.0,
         noise: LineNoise | None = None,
     ) -> None:

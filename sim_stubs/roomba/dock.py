@@ -33,7 +33,7 @@ _FIRST = 160
 """First character of the dock of the 600 series, without any beam."""
 
 
-class Dock(Protocol):
+class SensedDock(Protocol):
     """What a base senses of a dock, as of `SimulatedDock`."""
 
     def infrared(self, T_world_base: SE3) -> tuple[int, int, int]:
