@@ -76,31 +76,64 @@ def spent(base, before, felt, budget):
     return way + max(0.0, -rolled), seconds + backwards * PERIOD, ahead
 
 
-@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(
-    felt=st.lists(st.tuples(st.sampled_from(sorted(FROZEN)), st.integers(1, 60)), max_size=4),
-    last=st.sampled_from(sorted(FROZEN)),
-    tasks=st.lists(st.sampled_from(sorted(TASKS)), min_size=1, max_size=4),
-    turns=st.booleans(),
-    resume_safe=st.booleans(),
-)
-def test_with_any_sensor_frozen_no_behaviour_drives_far_backwards(
-    pipeline_on, felt, last, tasks, turns, resume_safe
-):
-    base = FrozenBase(turns=turns)
-    pipeline = pipeline_on(base, resume_safe=resume_safe)
+def drive_while_frozen(pipeline, base, felt, tasks):
+    """Do the tasks in turn while the sensors show one thing after another; sum up the wheels.
+
+    Args:
+        pipeline: On the base.
+        base: A `FrozenBase`.
+        felt: Names of what the sensors show, each with a number of ticks.
+        tasks: Names of tasks; each is left when it ends, and after 15 ticks.
+    """
     named = [pipeline.goal("yellow chair") if TASKS[t] is None else TASKS[t] for t in tasks]
-    budget, asked, docked = (0.0, 0.0, 0.0), 0, False
-    for name, count in [*felt, (last, 120)]:
+    budget, asked, ticks, docked = (0.0, 0.0, 0.0), 0, 0, False
+    for name, count in felt:
         base.felt = FROZEN[name]
         docked |= "dock" in name
         for _ in range(count):
             before = base.T_odom_base
             step = pipeline.tick(named[asked % len(named)])
+            ticks += 1
             budget = spent(base, before, base.felt, budget)
             assert budget[0] <= 0.3 + docked * 0.6 + 1e-9
             assert budget[1] <= 5.0 + docked * 8.0 + 1e-9
-            asked += step.ended is not None
+            asked += step.ended is not None or ticks % 15 == 0
+
+
+@pytest.mark.parametrize("name", FROZEN)
+def test_no_behaviour_drives_far_backwards_while_the_sensors_are_frozen(pipeline_on, name):
+    base = FrozenBase()
+    drive_while_frozen(pipeline_on(base, resume_safe=True), base, [(name, 130)], list(TASKS))
+
+
+def frozen_in_turn(examples):
+    """A property of every course of frozen sensors and tasks."""
+    return lambda test: settings(
+        max_examples=examples, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    )(
+        given(
+            felt=st.lists(
+                st.tuples(st.sampled_from(sorted(FROZEN)), st.integers(1, 60)),
+                min_size=1, max_size=4,
+            ),
+            tasks=st.lists(st.sampled_from(sorted(TASKS)), min_size=1, max_size=4),
+            turns=st.booleans(),
+            resume_safe=st.booleans(),
+        )(test)
+    )  # fmt: skip
+
+
+@frozen_in_turn(10)
+def test_nor_does_any_while_they_freeze_in_turn(pipeline_on, felt, tasks, turns, resume_safe):
+    base = FrozenBase(turns=turns)
+    drive_while_frozen(pipeline_on(base, resume_safe=resume_safe), base, felt, tasks)
+
+
+@pytest.mark.long
+@frozen_in_turn(300)
+def test_nor_does_any_in_many_courses(pipeline_on, felt, tasks, turns, resume_safe):
+    base = FrozenBase(turns=turns)
+    drive_while_frozen(pipeline_on(base, resume_safe=resume_safe), base, felt, tasks)
 
 
 @pytest.mark.parametrize("felt", [BUMPED, WALL, STUCK], ids=["bumper", "wall", "overcurrent"])
