@@ -41,6 +41,10 @@ class ExploredArea:
             self._mask, self._origin = mask, grid.origin.copy()
         return self._mask
 
+    def area(self, resolution: float) -> float:
+        """How much was explored so far, with cells of `resolution` [m^2]."""
+        return float(np.count_nonzero(self._mask) * resolution**2)
+
     def add_view(
         self,
         grid: OccupancyGrid,

@@ -16,7 +16,7 @@ from nav.config import CostmapConfig, FrontierConfig, NavigatorConfig, Reach
 from nav.costmap import Costmap
 from nav.explored_area import BLOCKING, ExploredArea
 from nav.navigator import GoalPoints, Navigation, navigate
-from vizbot.core.geometry import yaw_of
+from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.kernels import njit
 from vizbot.core.types import SE3, OccupancyGrid
 
@@ -155,6 +155,7 @@ class FrontierSearch:
         frontiers_xy: (F, 2) a point on each frontier with enough gain, in `map` [m], as of the last
             search for one.
         seen_share: Share of the floor that was seen, 0 to 1, as of that search; None before one.
+        barred_xy: (B, 2) places near which frontiers are left out for now, in `map` [m].
     """
 
     def __init__(self, config: FrontierConfig) -> None:
@@ -162,6 +163,7 @@ class FrontierSearch:
         self.explored = ExploredArea()
         self.frontiers_xy = np.zeros((0, 2))
         self.seen_share: float | None = None
+        self.barred_xy = np.zeros((0, 2))
         self._given_up_xy = np.zeros((0, 2))
         self._target_xy: NDArray[np.float64] | None = None
 
@@ -205,8 +207,7 @@ class FrontierSearch:
         points_xy, to_see = self._worthwhile(grid, explored, navigator.costmap)
         self.frontiers_xy = points_xy
         while True:
-            offsets = points_xy[:, None] - self._given_up_xy
-            open_ones = (np.linalg.norm(offsets, axis=2) >= config.given_up_radius).all(axis=1)
+            open_ones = self._are_open(points_xy)
             points_xy, to_see = points_xy[open_ones], to_see[open_ones]
             self.count_left(grid, points_xy, navigator.costmap)
             costs = self._costs(points_xy, to_see, T_map_base)
@@ -231,8 +232,7 @@ class FrontierSearch:
         explored = self.explored.mask_on(grid)
         points_xy, _ = self._worthwhile(grid, explored, costmap)
         self.frontiers_xy = points_xy
-        away = np.linalg.norm(points_xy[:, None] - self._given_up_xy, axis=2)
-        points_xy = points_xy[(away >= self._config.given_up_radius).all(axis=1)]
+        points_xy = points_xy[self._are_open(points_xy)]
         return points_xy, gains(grid, explored, points_xy, reach, costmap)
 
     def count_left(
@@ -260,9 +260,28 @@ class FrontierSearch:
         """Leave out a frontier that persists though the robot faces it from near by."""
         self._given_up_xy = np.vstack([self._given_up_xy, point_xy])
 
+    def give_up_ahead(self, T_map_base: SE3) -> None:
+        """Leave out the frontiers right ahead of a place from which the camera shows nothing.
+
+        It need not face them: as soon as it did, it would show nothing again.
+        """
+        config, (x, y) = self._config, T_map_base[:2, 3]
+        for point_xy in self.frontiers_xy:
+            dx, dy = point_xy - (x, y)
+            aside = wrap_angle(float(np.arctan2(dy, dx)) - yaw_of(T_map_base))
+            near = np.hypot(dx, dy) <= config.blind_range
+            if near and abs(aside) <= config.field_of_view / 2:
+                self.give_up(point_xy)
+
     def reopen(self) -> None:
         """Take back what was given up: what was in the way may be gone."""
         self._given_up_xy = np.zeros((0, 2))
+
+    def _are_open(self, points_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which of the points (N, 2) are near no frontier that was given up or is barred."""
+        left_out_xy = np.vstack([self._given_up_xy, self.barred_xy])
+        away = np.linalg.norm(points_xy[:, None] - left_out_xy, axis=2)
+        return np.asarray((away >= self._config.given_up_radius).all(axis=1))
 
     def _worthwhile(
         self, grid: OccupancyGrid, explored: NDArray[np.bool_], costmap: CostmapConfig

@@ -11,6 +11,7 @@ from mapping.map_bundle import MapBundle
 from nav.look_around import LookAround
 from vizbot.behaviours.docking import HomePlaces
 from vizbot.behaviours.gyro_settling import GyroSettling
+from vizbot.behaviours.progress_guard import ProgressGuard
 from vizbot.behaviours.safety import SafetyBehaviours
 from vizbot.behaviours.second_try import SecondTry
 from vizbot.behaviours.short_motion import ShortMotion
@@ -18,11 +19,12 @@ from vizbot.behaviours.step_motion import StepMotion
 from vizbot.behaviours.waypoint_drive import WaypointDrive
 from vizbot.config import Config
 from vizbot.core.geometry import invert
-from vizbot.core.types import OccupancyGrid
+from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.candidates import RunningScores
 from vizbot.objectnav.exploration import Exploration
 from vizbot.objectnav.paper_search import PaperSearch
+from vizbot.perception.depth_loss import unseen_ahead
 from vizbot.perception.perception import Perception
 
 
@@ -38,6 +40,7 @@ class CurrentMap:
         search: The search for a goal that is under way, by the method of the settings.
         waypoint_drive: Drives to places.
         safety: What the robot has touched or lost, and does about it.
+        progress: Whether anything comes of what is done for the present task.
         places: Where it began and where its dock is.
         gyro_settling: Whether it still stands to learn the gyroscope's bias.
         look_around: Its first turn on the spot.
@@ -59,6 +62,7 @@ class CurrentMap:
         self.saved = saved
         self.keep_out: tuple[NDArray[np.float32], ...] = () if saved is None else saved.keep_out
         self.exploration = Exploration(config)
+        self._view = config.frontier
         self.search: BeliefSearch | PaperSearch = (
             PaperSearch(config.navigator)
             if config.objectnav.method == "paper"
@@ -66,6 +70,7 @@ class CurrentMap:
         )
         self.waypoint_drive = WaypointDrive(config)
         self.safety = SafetyBehaviours(config)
+        self.progress = ProgressGuard()
         self.places = HomePlaces(config.docking)
         self.gyro_settling = GyroSettling(config.objectnav.settling)
         self.look_around = LookAround(config.objectnav.look_around_rate)
@@ -90,6 +95,21 @@ class CurrentMap:
         """Forget the present way: something else has moved the robot."""
         for moving in (self.search, self.exploration, self.waypoint_drive, self.short_motion):
             moving.interrupt()
+
+    def close_ahead(self, T_map_base: SE3) -> None:
+        """Take what is unseen right ahead of a place for occupied: nothing is seen from there.
+
+        The frontiers there are given up. Depth that shows floor there opens it again.
+        """
+        mapper = self.perception.depth_mapper
+        mapper.infer_obstacle(T_map_base, unseen_ahead(mapper.grid(), T_map_base, self._view))
+        self.exploration.frontiers.give_up_ahead(T_map_base)
+
+    def leave_alone(self, now: float) -> None:
+        """Leave out, at `now` [s], the frontiers and places of which nothing came of late."""
+        self.exploration.frontiers.barred_xy = self.progress.barred(now, exploring=True)
+        if isinstance(self.search, BeliefSearch):
+            self.search.barred_xy = self.progress.barred(now, exploring=False)
 
     def begin(self, perception: Perception) -> None:
         """Take the maps that the first frame begins.

@@ -105,7 +105,7 @@ class Pipeline:
         self._sensors = SensorReader(
             devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
         )
-        self._depth_loss = DepthLossMonitor()
+        self._depth_loss = DepthLossMonitor(config.frontier)
         self._docking = Docking(config.docking)
         self._blind_motion = BlindMotion(config.recovery.undocking, config.roomba.command_timeout)
         self._odometer = Odometer()
@@ -233,7 +233,7 @@ class Pipeline:
         if task is Task.FIND_PLACE and (state.docked or state.plugged_in):
             charging = "the robot charges; ask for something, and it looks for its place first"
             return Decision(STOP, "on the charger", ended=(Outcome.GAVE_UP, charging))
-        return self.map.safety.decide(
+        decision = self.map.safety.decide(
             state,
             tracked.estimate,
             T_map_base,
@@ -242,6 +242,9 @@ class Pipeline:
             self._depth_loss.seconds,
             to_dock=to_dock,
         )
+        for T_map_blind in self.map.safety.turned_away_from():
+            self.map.close_ahead(T_map_blind)
+        return decision
 
     def _continue_step(self, tracked: _TrackedFrame) -> bool:
         """Drive on within the present step; False when the next one is due."""
@@ -252,6 +255,7 @@ class Pipeline:
         if twist is None:
             return False
         base.drive(twist)
+        self.map.progress.elapse(self._devices.clock.now())
         return True
 
     def _step(self, task: Errand, tracked: _TrackedFrame, decision: Decision | None) -> Step:
@@ -266,6 +270,7 @@ class Pipeline:
         seen = None if goal is None else self._seen_for(goal)
         if decision is None:
             self.map.exploration.look(grid, T_map_base)
+            self.map.leave_alone(self._devices.clock.now())
             decision = self._decide(task, tracked, grid, seen)
             if not isinstance(self.map.search, PaperSearch):
                 decision = self.map.second_try.instead_of(
@@ -273,6 +278,7 @@ class Pipeline:
                 )
         else:
             self.map.interrupt()
+        decision = self._guarded(task, decision, T_map_base, grid)
         decision = self._blind_motion.permit(decision, self._devices.clock.now())
         command = self._drive(task, decision, tracked)
         navigation = decision.navigation
@@ -347,6 +353,21 @@ class Pipeline:
             return search.go(task, seen, grid, T_map_base)
         assert isinstance(seen, PlaceBelief)
         return search.go(task, seen, grid, T_map_base)
+
+    def _guarded(
+        self, task: Errand, decision: Decision, T_map_base: SE3, grid: OccupancyGrid
+    ) -> Decision:
+        """The decision, or another one where nothing comes of such decisions."""
+        guard, navigation = self.map.progress, decision.navigation
+        if task is Task.MAP or self._devices.base is None:
+            guard.rest()
+            return decision
+        aim_xy = self._candidate_xy(decision)
+        if navigation is not None and aim_xy is None:
+            distant = navigation.goal is None  # what is gone to is where the map ends
+            aim_xy = navigation.path[-1] if distant else navigation.goal_xy
+        seen, now = self.map.exploration.seen(grid), self._devices.clock.now()
+        return guard.instead_of(decision, task, aim_xy, T_map_base, seen, now)
 
     def _candidate_xy(self, decision: Decision) -> NDArray[np.float64] | None:
         """The place that the search by belief goes up to; None without one."""

@@ -16,15 +16,18 @@ from numpy.typing import NDArray
 
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.log_odds_grid import LogOddsGrid
-from mapping.occupancy.planar_scan import PlanarScan, flatten, level_pose
+from mapping.occupancy.planar_scan import PlanarScan, flatten, level_pose, scan_of_obstacles
 from vizbot.core.errors import MapError
-from vizbot.core.geometry import invert, transform
+from vizbot.core.geometry import invert, planar, transform, yaw_of
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
+
+_INFERRED_SIGHTINGS = 2
+"""So many near views of an obstacle make its cell occupied: an inferred one counts as much."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _AnchoredScan:
-    keyframe: int
+    keyframe: int | None
     T_keyframe_level: SE3
     scan: PlanarScan
     sightings: int
@@ -144,6 +147,22 @@ class DepthMapper:
         for p_map in transform(T_map_base, on_floor):
             self._contacts.append(_Contact(*self._anchor(p_map), touched))
 
+    def infer_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
+        """Take obstacles to be at `points` (N, 2) x, y in `base` [m], though nothing shows them.
+
+        Depth that shows floor there clears them, as it clears an obstacle that it has seen.
+        """
+        scan = scan_of_obstacles(points, self._config.scan)
+        x, y = T_map_base[:2, 3].tolist()
+        T_map_level = planar(x, y, yaw_of(T_map_base))
+        keyframe, T_keyframe_level = self._newest, T_map_level
+        if keyframe is not None:
+            T_keyframe_level = invert(self._painted_at[keyframe]) @ T_map_level
+        place = (keyframe, *self._place(T_keyframe_level[:3, 3]), self._turn(T_keyframe_level), 0)
+        item = _AnchoredScan(keyframe, T_keyframe_level, scan, _INFERRED_SIGHTINGS)
+        self._evidence[place] = item
+        self._paint(item)
+
     def forget_touched(self) -> bool:
         """Forget what the bumper touched since the start; whether there was anything.
 
@@ -231,15 +250,17 @@ class DepthMapper:
 
     def _keep_scan(self, keyframe: int, T_keyframe_level: SE3, scan: PlanarScan) -> None:
         """Store a scan instead of the former one from the same place."""
-        heading = np.arctan2(T_keyframe_level[0, 0], T_keyframe_level[2, 0])
-        turn = round(float(heading) / self._config.place_angle)
-        place = (keyframe, *self._place(T_keyframe_level[:3, 3]), turn)
+        place = (keyframe, *self._place(T_keyframe_level[:3, 3]), self._turn(T_keyframe_level))
         former = self._evidence.pop(place, None)
         sightings = former.sightings + 1 if isinstance(former, _AnchoredScan) else 1
         self._evidence[place] = _AnchoredScan(keyframe, T_keyframe_level, scan, sightings)
 
     def _place(self, p_keyframe: NDArray[np.float64]) -> tuple[int, ...]:
         return tuple(int(i) for i in np.round(p_keyframe / self._config.place_size))
+
+    def _turn(self, T_keyframe_level: SE3) -> int:
+        heading = np.arctan2(T_keyframe_level[0, 0], T_keyframe_level[2, 0])
+        return round(float(heading) / self._config.place_angle)
 
     def _centre(self, item: _AnchoredScan | _Footprint) -> NDArray[np.float64]:
         """Position x, y in `map` from which the evidence was taken [m]."""
@@ -251,7 +272,9 @@ class DepthMapper:
         if isinstance(item, _Footprint):
             self._paint_footprint(item)
         else:
-            T_map_level = self._painted_at[item.keyframe] @ item.T_keyframe_level
+            T_map_level = item.T_keyframe_level
+            if item.keyframe is not None:
+                T_map_level = self._painted_at[item.keyframe] @ T_map_level
             self._paint_scan(item.scan, T_map_level, item.sightings)
 
     def _paint_scan(self, scan: PlanarScan, T_map_level: SE3, sightings: int) -> None:

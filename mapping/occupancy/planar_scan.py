@@ -96,6 +96,15 @@ def flatten(
     return PlanarScan(first, kept.shape, zlib.compress(kept.tobytes(), 1))
 
 
+def scan_of_obstacles(points: NDArray[np.float64], config: ScanConfig) -> PlanarScan:
+    """The scan that shows obstacles at points (N, 2) x, y in its level frame [m], nothing else."""
+    evidence = np.zeros((BEARINGS, int(np.ceil(config.max_range / config.range_step))), np.uint8)
+    for x, y in points:
+        reached = int(np.hypot(x, y) / config.range_step)
+        evidence[bearing_bin(x, y, BEARINGS), reached] = OBSTACLE
+    return PlanarScan(0, evidence.shape, zlib.compress(evidence.tobytes(), 1))
+
+
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
 def bearing_bin(x: float, y: float, bearings: int) -> int:
     """Bin of the direction x, y: b is centred (b + 0.5) / bearings of a turn from -x.

@@ -20,7 +20,7 @@ def ask_whether_moved(state: BaseState) -> Decision | None:
     """
     if not state.maybe_moved:
         return None
-    return Decision(STOP, MAYBE_MOVED.text, question=MAYBE_MOVED)
+    return Decision(STOP, MAYBE_MOVED.text, question=MAYBE_MOVED, idle=True)
 
 
 class BaseModeMonitor:

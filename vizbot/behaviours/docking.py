@@ -65,7 +65,7 @@ class Docking:
         """Make the base look for its dock from here."""
         base.dock()
         self._seeking_since = now
-        return Decision(STOP, "docking")
+        return Decision(STOP, "docking", idle=True)
 
     def decide(
         self, base: Base, state: BaseState, now: float, stop: Decision | None
@@ -91,7 +91,7 @@ class Docking:
         if self._seeking_since is None:
             return None
         if now - self._seeking_since <= self._config.patience:
-            return Decision(STOP, "docking")
+            return Decision(STOP, "docking", idle=True)
         self._take_back(base, Task.DOCK)
         missed = f"the base has not found its dock within {self._config.patience:.0f} s"
         return Decision(STOP, "no dock", ended=(Outcome.GAVE_UP, f"{missed}; is it plugged in?"))

@@ -36,7 +36,7 @@ class Lifting:
         if self._since is None or not (hangs or self._resume_safe):
             return None
         if self._resume_safe and now - self._since < self._patience:
-            return Decision(STOP, "waiting to be put down")
+            return Decision(STOP, "waiting to be put down", idle=True)
         reason = "a wheel hangs; put the robot on the floor"
         if not hangs:
             reason = "the base does not obey since it was lifted; press Clean and launch again"

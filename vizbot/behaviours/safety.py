@@ -54,7 +54,8 @@ class SafetyBehaviours:
         if not to_dock and (empty := self._stop_on_low_battery(state)) is not None:
             return empty
         if state.plugged_in and state.mode.obeys:  # in Safe mode the base no longer obeys
-            return Decision(STOP, "waiting for the charger's cable to be pulled out")
+            waiting = "waiting for the charger's cable to be pulled out"
+            return Decision(STOP, waiting, idle=True)
         self._contacts.observe_edge(state, now)
         decision = (
             self._base_mode.decide(state, now, at_edge=self._contacts.at_edge)
@@ -65,6 +66,10 @@ class SafetyBehaviours:
         if decision is None:
             mapper.mark_free(T_map_base, self._robot_radius)
         return decision
+
+    def turned_away_from(self) -> list[SE3]:
+        """Where something right ahead has hidden everything from the camera, each pose once."""
+        return self._vision.turned_away_from()
 
     def stop_for_good(self, state: BaseState, now: float) -> Decision | None:
         """What only a person can help with; None while there is nothing of that kind."""

@@ -70,7 +70,7 @@ class ShortMotion:
             return self._over(Outcome.ARRIVED, "turned as asked")
         rate = turn_rate(left, self._config.follower)
         rate = float(np.clip(rate, -abs(left) / _PERIOD, abs(left) / _PERIOD))
-        return Decision(Twist(0.0, rate), "turning")
+        return Decision(Twist(0.0, rate), "turning", way_left=abs(left))
 
     def _drive(self, left: float, done: float, T_map_base: SE3, grid: OccupancyGrid) -> Decision:
         if left <= _THERE:
@@ -80,9 +80,8 @@ class ShortMotion:
             reason = f"something is in the way after {max(done, 0.0):.1f} m"
             return self._over(Outcome.GAVE_UP, reason)
         follower = self._config.follower
-        return Decision(
-            Twist(_speed(left, follower), self._straightened(follower)), "driving ahead"
-        )
+        twist = Twist(_speed(left, follower), self._straightened(follower))
+        return Decision(twist, "driving ahead", way_left=left)
 
     def _straightened(self, config: FollowerConfig) -> float:
         """Turn rate that takes the robot back to its heading [rad/s]."""

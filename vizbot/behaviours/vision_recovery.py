@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from math import radians
+
+import numpy as np
+
 from nav.look_around import LookAround
+from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, Tracking
 from vizbot.objectnav.tasks import Decision
+
+_TURNED = radians(10.0)
+"""From so far apart two headings show different things [rad]."""
+_SAME_PLACE = 0.3
+"""Farther away the robot was driven or carried, and did not turn on the spot [m]."""
 
 
 class VisionRecovery:
@@ -22,6 +32,8 @@ class VisionRecovery:
         self._turn_rate = turn_rate
         self._turn_for_depth = LookAround(turn_rate)
         self._turn_when_lost = LookAround(turn_rate)
+        self._without_depth: list[SE3] = []
+        self._turned_away_from: list[SE3] = []
 
     def decide(
         self, depth_lost_for: float | None, tracking: Tracking, T_map_base: SE3
@@ -35,14 +47,28 @@ class VisionRecovery:
         """
         if depth_lost_for is not None:
             return self._wait_for_depth(depth_lost_for, T_map_base)
+        if self._without_depth and tracking is not Tracking.LOST:
+            if _turned_on_spot(self._without_depth[0], T_map_base):
+                self._turned_away_from += self._without_depth
+            self._without_depth = []
         self._turn_for_depth = LookAround(self._turn_rate)
         if tracking is Tracking.LOST:
             return self._turn_to_recognise(T_map_base)
         self._turn_when_lost = LookAround(self._turn_rate)
         return None
 
+    def turned_away_from(self) -> list[SE3]:
+        """Where the camera showed nothing although it works, each pose once.
+
+        A turn away from there has brought depth back: something is right ahead there.
+        """
+        poses, self._turned_away_from = self._turned_away_from, []
+        return poses
+
     def _wait_for_depth(self, depth_lost_for: float, T_map_base: SE3) -> Decision:
         """Stand still at first; what hides everything may be right in front of the camera."""
+        if not self._without_depth or _turned_on_spot(self._without_depth[-1], T_map_base):
+            self._without_depth.append(T_map_base)
         if depth_lost_for < self._depth_patience:
             return Decision(STOP, "blind, standing still")
         if (turn := self._turn_for_depth.twist(T_map_base)) is not None:
@@ -56,3 +82,10 @@ class VisionRecovery:
         self._turn_when_lost = LookAround(self._turn_rate)
         reason = "the robot recognises nothing around it; put it where it has been"
         return Decision(STOP, "lost, standing still", ended=(Outcome.GAVE_UP, reason))
+
+
+def _turned_on_spot(T_map_before: SE3, T_map_base: SE3) -> bool:
+    """Whether the robot looks elsewhere than before from the same place."""
+    away = float(np.linalg.norm(T_map_base[:2, 3] - T_map_before[:2, 3]))
+    turned = abs(wrap_angle(yaw_of(T_map_base) - yaw_of(T_map_before)))
+    return away < _SAME_PLACE and turned > _TURNED

@@ -32,7 +32,7 @@ from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav import reasons
 from vizbot.objectnav.aim import Aim
 from vizbot.objectnav.frontier_options import FrontierOptions
-from vizbot.objectnav.looks import RINGS, Looks
+from vizbot.objectnav.looks import APART, RINGS, Looks
 from vizbot.objectnav.option import Option
 from vizbot.objectnav.place_options import REACH, ROOM_REACH, PlaceOptions, fronts_of
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
@@ -70,6 +70,7 @@ class BeliefSearch:
 
     Attributes:
         answer_xy: (2,) the place that the robot has arrived at last, in `map` [m]; None before.
+        barred_xy: (B, 2) places that are not gone to for now, in `map` [m].
     """
 
     LOOK_WAY: ClassVar = {"place": 0.5, "frontier": 2.0}
@@ -106,6 +107,7 @@ class BeliefSearch:
         self._steps = 0
         self._threshold = self._search.sure
         self.answer_xy: NDArray[np.float64] | None = None
+        self.barred_xy = np.zeros((0, 2))
 
     def belief_of(self, goal: Goal, question: Query) -> Belief:
         """The belief for a goal, which outlives the search for it.
@@ -173,7 +175,7 @@ class BeliefSearch:
             self._turns = Turns(self._config.objectnav.look_around_rate)
             self._verdicts.forget_affirmed()
         self._steps += 1
-        decision = self._decide(belief, grid, T_map_base)
+        decision = self._decide(_without(belief, self.barred_xy), grid, T_map_base)
         assert decision.threshold is not None
         self._threshold = decision.threshold
         return decision
@@ -423,3 +425,14 @@ class BeliefSearch:
             self._config.navigator,
             self._previous,
         )
+
+
+def _without(belief: PlaceBelief, places_xy: NDArray[np.float64]) -> PlaceBelief:
+    """A belief in which nothing is at some places (N, 2) in `map` [m]."""
+    if len(places_xy) == 0:
+        return belief
+    rows, columns = np.nonzero(belief.probabilities)
+    away = np.linalg.norm(belief.xy(rows, columns)[:, None] - places_xy, axis=2)
+    probabilities = belief.probabilities.copy()
+    probabilities[rows, columns] *= away.min(axis=1) > APART
+    return replace(belief, probabilities=probabilities)

@@ -30,6 +30,10 @@ class Exploration:
         """Mark what the camera sees from `T_map_base` as explored."""
         self.frontiers.look(grid, T_map_base, self._config.navigator.costmap.robot_radius)
 
+    def seen(self, grid: OccupancyGrid) -> float:
+        """How much floor was looked at so far [m^2]."""
+        return self.frontiers.explored.area(grid.resolution)
+
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""
         self._previous = None

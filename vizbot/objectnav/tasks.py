@@ -100,6 +100,8 @@ class Decision:
         score: Of the place that this is done for; None where it is done for none.
         question: As in `Step`.
         leaves_dock: Whether the twist takes the robot off its dock.
+        idle: Whether the robot waits for a person, or the base finds its dock: no progress is due.
+        way_left: Of a move without a path, a way [m] or a turn [rad]; None without such a move.
     """
 
     twist: Twist
@@ -112,3 +114,5 @@ class Decision:
     score: float | None = None
     question: Question | None = None
     leaves_dock: bool = False
+    idle: bool = False
+    way_left: float | None = None

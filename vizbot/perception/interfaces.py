@@ -60,6 +60,10 @@ class ObstacleMapper(Protocol):
         """Add obstacles at `points` (N, 2) x, y in `base` [m], perhaps only touched."""
         ...
 
+    def infer_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
+        """Take obstacles to be at `points` (N, 2) x, y in `base` [m] until depth shows floor."""
+        ...
+
     def forget_touched(self) -> bool:
         """Forget the obstacles that were only touched; return whether there were any."""
         ...

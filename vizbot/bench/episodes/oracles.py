@@ -169,6 +169,10 @@ class TrueMap:
     ) -> None:
         """Do nothing: contacts are part of the true plan."""
 
+    def infer_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
+        """Mark the points as seen: the true plan tells what stands there."""
+        self._seen.infer_obstacle(T_map_base, points)
+
     def forget_touched(self) -> bool:
         """Do nothing."""
         return False

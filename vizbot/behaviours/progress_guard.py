@@ -1,0 +1,232 @@
+"""The guard on progress, above all behaviours: whether anything comes of what the robot does.
+
+Each behaviour ends by itself, but two that undo each other may go on for ever, as one that turns
+the robot away from a wall and one that turns it back. So somebody counts what comes of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import degrees
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.behaviours.errand import Errand
+from vizbot.behaviours.short_move import ShortMove
+from vizbot.core.geometry import yaw_of
+from vizbot.core.observer import Outcome
+from vizbot.core.types import SE3, STOP
+from vizbot.objectnav import reasons
+from vizbot.objectnav.looks import APART
+from vizbot.objectnav.tasks import Decision, Goal
+
+PATIENCE = 15.0
+"""Time of motion and waiting after which something must have come of it [s]."""
+CLOSER = 0.3
+"""By so much the way left to an aim must be less than ever before [m]."""
+AREA = 0.1
+"""So much floor must be newly seen [m^2]."""
+HELD = 60.0
+"""An aim that was not held for so long is a new one [s]."""
+BARRED = 60.0
+"""For so long an aim is left alone that was dropped [s]."""
+MOST = 3
+"""So many aims are dropped before the task ends."""
+REASON = (
+    f"in {MOST} times {PATIENCE:.0f} s of trying the robot came no nearer to anything, saw nothing"
+    " new and found nothing else to go to"
+)
+"""Why the task ends then."""
+
+_NEW_AGAIN = 2
+"""So often one aim may be new again, so that no round of aims goes on for ever."""
+_DETOUR = 1.0
+"""A way left that is suddenly longer by this is another way: the map has closed the former [m]."""
+_MOST_DETOURS = 2
+_LONGEST_PERIOD = 1.0
+"""Of the time between two frames no more counts: the rest is not the robot's [s]."""
+_PLACE = 0.5
+"""Turns in cells of this size are turns on one spot [m]."""
+_SECTOR = 30.0
+"""A turn on a spot shows another side every so many degrees."""
+_IN_VAIN = (Outcome.NOT_FOUND, Outcome.EXPLORED)
+
+
+@dataclass(slots=True, eq=False)
+class _HeldAim:
+    """What the robot was on its way to, and how near it came.
+
+    Attributes:
+        exploring: Whether it is a frontier.
+        xy: (2,) in `map` [m].
+        closest: Least way left so far [m].
+        way_left: The newest one [m].
+        held_at: When it was held last [s].
+        new_again: How often it was new again.
+        detours: How often the way to it was replaced by a longer one.
+        barred_until: Until when it is left alone [s].
+    """
+
+    exploring: bool
+    xy: NDArray[np.float64]
+    closest: float
+    way_left: float
+    held_at: float
+    new_again: int = 0
+    detours: int = 0
+    barred_until: float = -np.inf
+
+
+@dataclass(slots=True, eq=False)
+class _Account:
+    """What has come of one task so far."""
+
+    task: Errand
+    aims: list[_HeldAim] = field(default_factory=list)
+    newest: _HeldAim | None = None
+    area: float | None = None
+    sides: set[tuple[int, int, int]] = field(default_factory=set)
+    in_vain: float = 0.0
+    dropped: int = 0
+
+
+class ProgressGuard:
+    """Drops an aim of which nothing comes, and ends a task in which that happens again."""
+
+    def __init__(self) -> None:
+        """Begin without a task."""
+        self._account: _Account | None = None
+        self._seen_at: float | None = None
+
+    def rest(self) -> None:
+        """Take it that others drive, or nobody: the time until the next frame does not count."""
+        self._seen_at = None
+
+    def elapse(self, now: float) -> None:
+        """Count the time of a frame, at `now` [s], in which the robot drives or waits."""
+        if self._seen_at is not None and self._account is not None:
+            self._account.in_vain += min(now - self._seen_at, _LONGEST_PERIOD)
+        self._seen_at = now
+
+    def barred(self, now: float, *, exploring: bool) -> NDArray[np.float64]:
+        """Frontiers, or places, (B, 2) in `map` [m] that are left alone at `now` [s]."""
+        aims = [] if self._account is None else self._account.aims
+        left_alone = [a.xy for a in aims if a.exploring == exploring and a.barred_until > now]
+        return np.array(left_alone).reshape(-1, 2)
+
+    def instead_of(
+        self,
+        decision: Decision,
+        task: Errand,
+        aim_xy: NDArray[np.float64] | None,
+        T_map_base: SE3,
+        area: float,
+        now: float,
+    ) -> Decision:
+        """The decision of a step; another one where nothing comes of such decisions.
+
+        Args:
+            decision: What was decided, by whatever behaviour.
+            task: What it was decided for.
+            aim_xy: (2,) what the robot is on its way to, in `map` [m]; None without a path.
+            T_map_base: Where the robot is.
+            area: How much floor was seen so far [m^2].
+            now: Time of the run's clock [s].
+        """
+        if self._account is None or self._account.task is not task:
+            self._account = _Account(task)
+        account = self._account
+        if decision.idle:
+            self.rest()
+            return decision
+        self.elapse(now)
+        if decision.ended is not None:
+            return self._tried_again(account, decision, now)
+        progress = [
+            _is_more(account, area),
+            _turns_to_another_side(account, decision, T_map_base),
+            _comes_nearer(account, decision, aim_xy, now),
+        ]
+        if any(progress):
+            account.in_vain = 0.0
+        if account.in_vain < PATIENCE:
+            return decision
+        account.in_vain = 0.0
+        account.dropped += 1
+        if account.dropped >= (1 if isinstance(task, ShortMove) else MOST):
+            outcome = Outcome.NOT_FOUND if isinstance(task, Goal) else Outcome.GAVE_UP
+            reason = "the robot does not move" if isinstance(task, ShortMove) else REASON
+            return Decision(STOP, "stopped, nothing comes of it", ended=(outcome, reason))
+        if account.newest is not None:
+            account.newest.barred_until = now + BARRED
+        if decision.navigation is None:  # a behaviour that must go on until it is over
+            return decision
+        why = reasons.NOTHING_COMES_OF_IT
+        return Decision(STOP, "leaving it alone", threshold=decision.threshold, why=why)
+
+    def _tried_again(self, account: _Account, decision: Decision, now: float) -> Decision:
+        """Let a task go on that ends in vain because aims are barred: those are tried again."""
+        assert decision.ended is not None
+        barred = [aim for aim in account.aims if aim.barred_until > now]
+        if decision.ended[0] not in _IN_VAIN or not barred:
+            return decision
+        for aim in barred:
+            aim.barred_until = -np.inf
+        why = reasons.OTHERS_TRIED
+        return Decision(STOP, "trying again", threshold=decision.threshold, why=why)
+
+
+def _is_more(account: _Account, area: float) -> bool:
+    """Whether enough floor was newly seen."""
+    if account.area is not None and area < account.area + AREA:
+        return False
+    account.area = area
+    return True
+
+
+def _turns_to_another_side(account: _Account, decision: Decision, T_map_base: SE3) -> bool:
+    """Whether a turn on the spot shows a side that the robot has not turned to from there."""
+    if decision.twist.linear != 0.0 or decision.twist.angular == 0.0:
+        return False
+    x, y = np.round(T_map_base[:2, 3] / _PLACE).astype(int).tolist()
+    side = x, y, int(degrees(yaw_of(T_map_base)) // _SECTOR)
+    is_new = side not in account.sides
+    account.sides.add(side)
+    return is_new
+
+
+def _comes_nearer(
+    account: _Account, decision: Decision, aim_xy: NDArray[np.float64] | None, now: float
+) -> bool:
+    """Whether the aim is a new one, or less way is left to it than ever."""
+    way_left, xy = decision.way_left, np.zeros(2) if aim_xy is None else aim_xy
+    if decision.navigation is not None:
+        way_left = decision.navigation.distance
+    if way_left is None:
+        return False
+    aim = _same(account.aims, xy, exploring=decision.exploring)
+    account.newest = aim
+    if aim is None:
+        account.newest = _HeldAim(decision.exploring, xy, way_left, way_left, now)
+        account.aims.append(account.newest)
+        return True
+    is_new = now - aim.held_at > HELD and aim.new_again < _NEW_AGAIN
+    aim.new_again += is_new
+    if way_left > aim.way_left + _DETOUR and aim.detours < _MOST_DETOURS:
+        aim.closest = way_left
+        aim.detours += 1
+    aim.xy, aim.way_left, aim.held_at = xy, way_left, now
+    is_nearer = way_left <= aim.closest - CLOSER
+    if is_nearer:
+        aim.closest = way_left
+    return is_new or is_nearer
+
+
+def _same(aims: list[_HeldAim], xy: NDArray[np.float64], *, exploring: bool) -> _HeldAim | None:
+    """The aim of this kind that is nearest to a point, if it is the same as far as one knows."""
+    alike = [aim for aim in aims if aim.exploring == exploring]
+    away = [float(np.linalg.norm(aim.xy - xy)) for aim in alike]
+    if not away or min(away) > APART:
+        return None
+    return alike[int(np.argmin(away))]
