@@ -41,7 +41,7 @@ CELL = 0.1
 """Width of a plan's cells [m]."""
 PERIOD = 0.3
 """Of the camera's frames [s]."""
-LEAST_RANGE, FLOOR_FROM, REACH = 0.28, 1.2, 3.0
+LEAST_RANGE, FLOOR_FROM, REACH = 0.28, 1.1, 2.0
 """Least measured depth, the nearest floor in the picture, and how far depth reaches [m]."""
 RADIUS = 0.175
 CAMERA = Intrinsics(8, 8, 6.0, 6.0, 3.5, 3.5)
@@ -109,7 +109,7 @@ class PlanWorld:
         self.clock.sleep(PERIOD)
         self._move(PERIOD)
         self.frames += 1
-        hits, kinds = self._cast()
+        hits, kinds = self._view = self._cast()
         shown = 0.0
         if not self.has("depth"):
             walls = (kinds == MATT) & (hits >= LEAST_RANGE)
@@ -123,7 +123,7 @@ class PlanWorld:
         """The planar scan of what is ahead, as `flatten` makes it of a depth image."""
         evidence = np.zeros((_BINS, int(REACH / _RANGE_STEP)), np.uint8)
         if not self.has("depth"):
-            hits, kinds = self._cast()
+            hits, kinds = self._view
             _classify(evidence, hits, kinds == MATT, _RANGE_STEP, LEAST_RANGE, FLOOR_FROM)
         return PlanarScan(BEARINGS // 2 - _BINS // 2, evidence.shape, _packed(evidence))
 
