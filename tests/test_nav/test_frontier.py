@@ -213,3 +213,14 @@ def test_a_frontier_that_stays_though_the_robot_looks_at_it_is_given_up(room):
         turned = 0.3 * navigation.twist.angular
         T_map_base = T_map_base @ planar(0.3 * navigation.twist.linear, 0.0, turned)
     assert navigation is None
+
+
+def test_frontiers_right_ahead_of_a_blind_place_are_given_up_though_nothing_faces_them(room):
+    search = FrontierSearch(FrontierConfig())
+    search.frontiers_xy = np.array([[0.8, 0.2], [0.0, 0.8], [2.0, 0.0], [-0.5, 0.0]])
+    points_xy = search.frontiers_xy.copy()
+    search.give_up_ahead(planar(0.0, 0.0, 0.0))
+    assert search._are_open(points_xy).tolist() == [False, True, True, True]
+    search.reopen()
+    search.barred_xy = points_xy[2:3]
+    assert search._are_open(points_xy).tolist() == [True, True, False, True]

@@ -54,3 +54,10 @@ def test_right_before_what_the_map_knows_of_black_is_no_wonder():
     assert looked(1.0, (0.0, 0.4), yaw=np.pi / 2).seconds is None
     for elsewhere in ((1.2, 0.0), (-0.4, 0.0), (0.1, 0.5)):
         assert looked(1.0, elsewhere).seconds == pytest.approx(1.0)
+
+
+def test_before_a_known_wall_that_fills_the_view_black_is_no_wonder_either():
+    wall = [(1.0, y) for y in np.arange(-1.0, 1.0, 0.05)]
+    assert looked(1.0, *wall).seconds is None
+    for part in (wall[: len(wall) // 2], [(1.5, y) for _, y in wall]):
+        assert looked(1.0, *part).seconds == pytest.approx(1.0)

@@ -54,8 +54,7 @@ class SafetyBehaviours:
         if not to_dock and (empty := self._stop_on_low_battery(state)) is not None:
             return empty
         if state.plugged_in and state.mode.obeys:  # in Safe mode the base no longer obeys
-            waiting = "waiting for the charger's cable to be pulled out"
-            return Decision(STOP, waiting, idle=True)
+            return Decision(STOP, "waiting for the charger's cable to be pulled out", idle=True)
         self._contacts.observe_edge(state, now)
         decision = (
             self._base_mode.decide(state, now, at_edge=self._contacts.at_edge)
