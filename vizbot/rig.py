@@ -19,7 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from mapping.clip.checkpoint import find_checkpoint
+from mapping.clip.checkpoint.checkpoint import find_checkpoint
 from mapping.clip.own_encoder import is_class_name, open_class, require_module
 from sim_stubs.faults.catalogue import FaultSchedule, PlannedFault
 from vizbot.config import Config

@@ -6,6 +6,8 @@ checkpoint of the Hugging Face hub, or a folder that holds one. Nothing is ever 
 
 from __future__ import annotations
 
+import hashlib
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -14,12 +16,17 @@ from typing import Protocol
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from transformers import CLIPModel, CLIPTokenizer
+from transformers import CLIPConfig, CLIPModel, CLIPTokenizer
+from transformers import __version__ as transformers_version
 from transformers.utils import logging as transformers_logging
 
-from mapping.clip.checkpoint import ImageSettings, find_checkpoint, require_plausible
+from mapping.clip.checkpoint.checkpoint import ClipCheckpoint, find_checkpoint
+from mapping.clip.checkpoint.self_test import fault_in_use
+from mapping.clip.checkpoint.tensors import lacks_memory, read_tensors, reason_of
 from mapping.clip.reading import Reading
 from vizbot.core.errors import ConfigError, DeviceError
+
+log = logging.getLogger(__name__)
 
 _LARGEST_LOG_SCALE = 10.0
 """CLIP's own ends at 4.6, that of a hundred."""
@@ -189,9 +196,23 @@ class TransformersClip:
         """The text as it is: CLIP knows open words."""
         return Reading(text)
 
+    def weights_hash(self) -> str:
+        """Names what embeds pictures: the weights in their precision, and the input format.
+
+        It is the same for one set of weights in files of any kind. It takes about a second for each
+        GB of weights.
+        """
+        found = hashlib.sha256(repr(self._image_input).encode())
+        for name, tensor in sorted(self._model.state_dict().items()):
+            found.update(f"{name} {tensor.dtype} {tuple(tensor.shape)}".encode())
+            found.update(tensor.detach().cpu().contiguous().numpy())
+        return found.hexdigest()
+
 
 def load_clip(name: str, device: str = "auto", half: bool = False) -> TransformersClip:
-    """Load a CLIP checkpoint that is on this machine; the network is never used.
+    """Load a CLIP checkpoint that is on this machine, and try it; the network is never used.
+
+    A pickle is read by its tensors alone, after a warning in the log.
 
     Args:
         name: A short name (`ViT-B/32`, `ViT-L/14`), a hub name, or a folder.
@@ -199,40 +220,85 @@ def load_clip(name: str, device: str = "auto", half: bool = False) -> Transforme
         half: Compute in 16-bit floating point (for CUDA; on a CPU it only saves memory).
 
     Raises:
-        ConfigError: the weights are missing, damaged, or not those of a CLIP model; or there is no
-            such device.
+        ConfigError: the weights are missing, damaged, not those of a CLIP model, or too large for
+            the memory; what they compute tells nothing apart; or there is no such device.
     """
     chosen = _device(device)
     checkpoint = find_checkpoint(name)
-    source, remedy = checkpoint.source, checkpoint.remedy
+    if checkpoint.remark is not None:
+        log.warning("%s", checkpoint.remark)
     with _quiet_transformers():
+        model = _model_of(checkpoint, torch.float16 if half else torch.float32)
+        tokenizer = _tokenizer_of(checkpoint, model)
         try:
-            require_plausible(checkpoint.config)
-            model, report = CLIPModel.from_pretrained(
-                source,
-                local_files_only=True,
-                dtype=torch.float16 if half else torch.float32,
-                output_loading_info=True,
-                use_safetensors=True,  # a pickle would run what it holds
-            )
-            tokenizer = CLIPTokenizer.from_pretrained(source, local_files_only=True)
-            tokenizer(["of one length", "or another"], padding=True)  # there may be no token for it
-            if max(tokenizer.get_vocab().values()) >= model.config.text_config.vocab_size:
-                raise ValueError("the tokenizer has tokens that the text tower does not know")
-            if not abs(float(model.logit_scale.detach())) < _LARGEST_LOG_SCALE:  # nor is NaN
-                raise ValueError("the scale of similarities is no number that training leaves")
-            settings = ImageSettings.model_validate(checkpoint.file("preprocessor_config.json"))
-            image_input = ImageInput(
-                model.config.vision_config.image_size,
-                settings.image_mean,
-                settings.image_std,
-            )
-        except Exception as error:  # damaged files raise whatever the library runs into
-            raise ConfigError(f"the CLIP weights of {source} are damaged: {remedy}") from error
-    # The library fills missing weights with random numbers.
-    if report["missing_keys"]:
-        raise ConfigError(f"the CLIP weights of {source} are incomplete: {remedy}")
-    return TransformersClip(source, model.to(chosen), tokenizer, image_input)
+            model = model.to(chosen)
+        except torch.OutOfMemoryError as error:
+            raise checkpoint.refused(f"does not fit into the memory of {chosen}") from error
+    settings = checkpoint.image_settings
+    image_input = ImageInput(
+        model.config.vision_config.image_size, settings.image_mean, settings.image_std
+    )
+    encoder = TransformersClip(checkpoint.source, model, tokenizer, image_input)
+    try:
+        fault = fault_in_use(encoder)
+    except DeviceError as error:
+        raise checkpoint.refused(f"cannot be used: {error}") from error
+    if fault is not None:
+        raise checkpoint.refused(fault)
+    return encoder
+
+
+def _model_of(checkpoint: ClipCheckpoint, dtype: torch.dtype) -> CLIPModel:
+    """The model with the weights of a checkpoint, on the CPU."""
+    tensors = read_tensors(checkpoint)
+    try:
+        model, report = CLIPModel.from_pretrained(
+            None,
+            config=CLIPConfig.from_dict(checkpoint.config),
+            state_dict=tensors,
+            dtype=dtype,
+            output_loading_info=True,
+            ignore_mismatched_sizes=True,  # they are told below, by name
+        )
+    except Exception as error:  # whatever the library meets in settings that it does not know
+        if lacks_memory(error):
+            raise checkpoint.refused("does not fit into this computer's memory") from error
+        fault = f"is none that transformers {transformers_version} can build"
+        raise checkpoint.refused(f"{fault} ({reason_of(error)})") from error
+    names = sorted(model.state_dict())
+    # The library fills what is missing with random numbers.
+    if missing := sorted(report["missing_keys"]):
+        if len(missing) == len(names):
+            first = next(iter(sorted(tensors)), "nothing")
+            raise checkpoint.refused(f"has weights of another model, of {first} and not {names[0]}")
+        fault = f"lacks {len(missing)} of its {len(names)} tensors, {missing[0]} first"
+        raise checkpoint.refused(f"is incomplete: it {fault}")
+    if other := sorted(report["mismatched_keys"]):
+        tensor, found, wanted = other[0]
+        fault = f"{tensor} is {_shape(found)}, by config.json {_shape(wanted)}"
+        raise checkpoint.refused(f"has weights of another architecture: {fault}")
+    if not abs(float(model.logit_scale.detach())) < _LARGEST_LOG_SCALE:  # nor is NaN
+        raise checkpoint.refused("has a scale of similarities that no training leaves")
+    built: CLIPModel = model
+    return built
+
+
+def _tokenizer_of(checkpoint: ClipCheckpoint, model: CLIPModel) -> CLIPTokenizer:
+    try:
+        tokenizer = CLIPTokenizer.from_pretrained(checkpoint.tokenizer, local_files_only=True)
+        tokenizer(["of one length", "or another"], padding=True)  # there may be no token for it
+        largest = max(tokenizer.get_vocab().values())
+    except Exception as error:  # the library has no narrower one
+        fault = f"has a tokenizer that transformers {transformers_version} cannot read"
+        raise checkpoint.refused(f"{fault} ({reason_of(error)})") from error
+    if largest >= model.config.text_config.vocab_size:
+        raise checkpoint.refused("has a tokenizer with words that its text tower does not know")
+    read: CLIPTokenizer = tokenizer
+    return read
+
+
+def _shape(size: Sequence[int]) -> str:
+    return " x ".join(map(str, size)) or "one number"
 
 
 def gpu_name() -> str | None:

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from mapping.clip.checkpoint import require_plausible
+from mapping.clip.checkpoint.checkpoint import require_plausible
 from mapping.clip.encoder import load_clip
 from tests.helpers.memory import peak_kib
 from tests.helpers.random_clip import save_tiny_clip

@@ -210,9 +210,10 @@ def test_settings_change_the_key_and_the_name_of_a_row_does_not():
     assert key_of(Variant("default", with_scales(Config(), (0,)))) != key
 
 
-def test_a_folder_with_weights_counts_with_what_is_in_it(tmp_path):
+@pytest.mark.parametrize("file", ["model.safetensors", "pytorch_model.bin"])
+def test_a_folder_with_weights_counts_with_what_is_in_it(tmp_path, file):
     variant = Variant("default", Config(clip=str(tmp_path)))
-    (tmp_path / "model.safetensors").write_bytes(b"1")
+    (tmp_path / file).write_bytes(b"1")
     before = key_of(variant)
-    (tmp_path / "model.safetensors").write_bytes(b"2")
+    (tmp_path / file).write_bytes(b"2")
     assert key_of(variant) != before

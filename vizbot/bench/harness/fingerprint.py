@@ -175,7 +175,9 @@ def _sources(name: str) -> list[Path]:
 def _weights(clip: str) -> str:
     """A digest of the weights in a folder; else the name, which stands for the weights."""
     folder = Path(clip).expanduser()
-    return _digest(sorted(folder.glob("*.safetensors"))) if folder.is_dir() else clip
+    if not folder.is_dir():
+        return clip
+    return _digest(sorted([*folder.glob("*.safetensors"), *folder.glob("*.bin")]))
 
 
 def _digest(paths: Iterable[Path]) -> str:

@@ -1,0 +1,1 @@
+"""CLIP models on this machine: where their files are, what they hold, and whether they work."""
