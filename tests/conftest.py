@@ -83,7 +83,7 @@ def signals():
 
 @pytest.fixture(scope="session", autouse=True)
 def no_settings(tmp_path_factory):
-    """Commands would find a person's own settings."""
+    """Commands would find a person's own settings, and keep banks of pictures in their cache."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("VIZBOT_CONFIG", raising=False)
         patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("settings")))

@@ -113,11 +113,10 @@ class Pipeline:
         self.steps = 0
         self.map = CurrentMap(0, saved_map, config)
         # Once a run, not once a map, and where the frames are embedded: it takes a while.
-        background = cache(partial(Background.embedded_by, encoder))
+        parts = parts or PerceptionParts()
+        background = parts.background or cache(partial(Background.embedded_by, encoder))
         spreads = ALL_PIXELS if config.objectnav.method == "paper" else NEAR_MEDIAN
-        self._parts = replace(
-            parts or PerceptionParts(), background=background, patch_spreads=spreads
-        )
+        self._parts = replace(parts, background=background, patch_spreads=spreads)
 
     def require_usable(self, saved_map: MapBundle | None) -> None:
         """Raise a `MapError` for a map of another encoder or with cells of another size."""

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.background.kept_bank import KnownWeights, Told, kept_bank
 from mapping.clip.background.phrases import PHRASES
 from mapping.clip.background.pictures import bank
 
@@ -58,9 +59,18 @@ class Background:
     pictures: NDArray[np.float32] = field(default_factory=lambda: NO_PICTURES)
 
     @classmethod
-    def embedded_by(cls, encoder: TextEncoder) -> Self:
-        """Phrases and bank in the space of an encoder."""
-        return cls(encoder.embed_texts(PHRASES), _pictures_by(encoder))
+    def embedded_by(cls, encoder: TextEncoder, told: Told = lambda done, of: None) -> Self:
+        """Phrases and bank in the space of an encoder.
+
+        Args:
+            encoder: Of whose weights the name is known, the bank is kept for the next run.
+            told: Hears how much of a bank has been embedded that is not kept yet.
+        """
+        if isinstance(encoder, KnownWeights):
+            pictures = kept_bank(encoder, told)
+        else:
+            pictures = _pictures_by(encoder)
+        return cls(encoder.embed_texts(PHRASES), pictures)
 
     def statistics(self, embeddings: NDArray[np.float32]) -> NDArray[np.float32]:
         """What each element has in common with the phrases.

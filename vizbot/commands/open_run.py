@@ -18,7 +18,7 @@ from sim_stubs.faults.faulty_encoder import FaultyEncoder
 from sim_stubs.faults.faulty_program import FaultyObserver, Killer
 from sim_stubs.world.plan_process import PlanProcess
 from vizbot import __version__
-from vizbot.commands.progress import Progress
+from vizbot.commands.progress import Progress, parts_with_bank
 from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.config import Config
@@ -150,6 +150,7 @@ def open_run(
                 simulated, encoder = _world_and_encoder(config, choice, world, opened)
             log.info("encoder %s on %s", encoder.model_id, config.device)
             require_usable(plan.saved_map, encoder, config)  # before there is a folder
+            parts = parts_with_bank(encoder)
             rig = opened.enter_context(
                 Rig(
                     config,
@@ -190,7 +191,7 @@ def open_run(
             served.session.picture_of = report.picture_of  # it observes a goal before the session
             served.session.begun_in = plan.map_folder
             observers.append(served.session)
-        pipeline = Pipeline(devices, encoder, config, observers, saved_map=plan.saved_map)
+        pipeline = Pipeline(devices, encoder, config, observers, parts, plan.saved_map)
         recorder.keep_map(pipeline.bundle, rig.devices.clock)
         yield OpenRun(config, rig, pipeline, recorder, report, notice, served, scorer, began)
 

@@ -1,18 +1,26 @@
-"""One live line on standard error while a run goes on."""
+"""Progress on standard error: of the bank of pictures before a run, then one live line."""
 
 from __future__ import annotations
 
-from typing import Self
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Self
 
 from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
 from vizbot.core.observer import GoalReport, Step
-from vizbot.operator.printing import printable
+from vizbot.operator.printing import echo, printable
+
+if TYPE_CHECKING:  # their modules load torch
+    from mapping.clip.encoder import ClipEncoder
+    from vizbot.perception.interfaces import PerceptionParts
 
 _PLAIN_EVERY = 25
 """Steps between two lines that are printed where there is no terminal."""
+_BANK_EVERY = 5.0
+"""Time between two lines [s]."""
 
 
 class Progress:
@@ -86,3 +94,51 @@ def _seen(step: Step) -> str:
 
 def _short(goal: str) -> str:
     return goal if len(goal) <= 40 else goal[:39] + "…"
+
+
+class BankProgress:
+    """Says how far the bank is, at most every five seconds."""
+
+    def __init__(self, model_id: str, now: Callable[[], float] = time.monotonic) -> None:
+        """Say nothing yet.
+
+        Args:
+            model_id: The encoder's.
+            now: A monotonic clock [s].
+        """
+        self._model_id, self._now = model_id, now
+        self._began = self._said = 0.0
+
+    def __call__(self, done: int, of: int) -> None:
+        """Say that so many pictures of so many have been embedded, if that is due."""
+        now = self._now()
+        if done == 0:
+            self._began = self._said = now
+            echo(
+                f"{self._model_id} embeds {of} pictures that questions are held against; they are"
+                " kept for its next runs",
+                err=True,
+            )
+            return
+        if done < of and now - self._said < _BANK_EVERY:
+            return
+        self._said = now
+        took = now - self._began
+        left = f", about {took / done * (of - done):.0f} s left" if done < of else ""
+        echo(f"{done} of {of} pictures after {took:.0f} s{left}", err=True)
+
+
+def parts_with_bank(encoder: ClipEncoder) -> PerceptionParts | None:
+    """Embed the bank, unless it is kept, by an encoder that was loaded from a disk.
+
+    It is done before a device is opened: a robot that stands with an empty map while the bank is
+    embedded would be of no use. None by other encoders, which embed it with the first frame.
+    """
+    from mapping.clip.background.kept_bank import KnownWeights
+    from mapping.clip.scores import Background
+    from vizbot.perception.interfaces import PerceptionParts
+
+    if not isinstance(encoder, KnownWeights):
+        return None
+    background = Background.embedded_by(encoder, BankProgress(encoder.model_id))
+    return PerceptionParts(background=lambda: background)
