@@ -6,15 +6,21 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
+from drivers.roomba.serial_port import open_serial
+from mapping import map_bundle
+from tests.helpers.bundles import bundle_of
+from vizbot import doctor as doctor_checks
 from vizbot.cli import app as cli
 from vizbot.commands import bench, calibrate, doctor, teleop
 from vizbot.commands import map as map_command
 from vizbot.commands.config.discovery import load_settings, settings_file
+from vizbot.commands.config.settings_table import all_tables
 from vizbot.commands.options import DryRunOptions, RunOptions
 from vizbot.commands.run_plan import plan_dry_run, plan_run
 from vizbot.config import Config
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, DeviceError
 
 
 @pytest.fixture
@@ -49,7 +55,8 @@ def test_the_first_place_with_a_file_counts_and_one_line_names_it(places, monkey
         if place == places[0]:
             monkeypatch.setenv("VIZBOT_CONFIG", str(place))
         assert load_settings(None) == Config() and settings_file(None) == place
-        assert capfd.readouterr() == ("", f"settings: {place}\n")
+        where = ", found in this folder" if place == places[1] else ""
+        assert capfd.readouterr() == ("", f"settings: {place}{where}\n")
 
 
 def test_without_xdg_the_persons_settings_are_in_their_home(places, monkeypatch, tmp_path):
@@ -160,7 +167,7 @@ def test_json_on_standard_output_stays_alone_where_a_file_was_found(places, run,
     monkeypatch.setattr(doctor, "examine", lambda *_: [])
     code, out, err = run("doctor", "--json")
     assert code == 0 and json.loads(out) == {"well": True, "findings": []}
-    assert err == "settings: robot.toml\n"
+    assert err == "settings: robot.toml, found in this folder\n"
 
 
 def test_a_benchmark_depends_on_no_file_that_is_found(places, run, monkeypatch):
@@ -183,3 +190,78 @@ def test_the_help_says_where_settings_are_looked_for_and_that_benchmarks_look_no
     launch, benches = (" ".join(run(name, "--help")[1].split()) for name in ("launch", "bench"))
     assert "VIZBOT_CONFIG" in launch
     assert "VIZBOT_CONFIG" not in benches and "no file" in benches
+
+
+@pytest.fixture
+def evil(places):
+    """A class that leaves a trace, in the folder where commands are started."""
+    Path("evil.py").write_text(
+        "from pathlib import Path\nPath('trace').touch()\nclass Encoder: pass\n"
+    )
+    yield Path("trace")
+    sys.modules.pop("evil", None)
+    sys.path[:] = [each for each in sys.path if each != str(Path.cwd())]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("doctor", "--json"),
+        ("launch", "--force"),
+        ("dry-run", "sofa"),
+        ("calibrate", "--yes"),
+        ("teleop", "--base", "sim"),
+        ("config", "show"),
+        ("map", "build", "walk", "--out", "map"),
+        ("map", "query", "map", "sofa"),
+    ],
+    ids=" ".join,
+)
+def test_a_settings_file_that_lies_in_the_working_folder_runs_no_code(
+    places, run, evil, monkeypatch, command
+):
+    monkeypatch.setattr(teleop, "require_terminal", lambda _: None)
+    map_bundle.save(bundle_of(model_id="evil:Encoder"), Path("map"))
+    places[1].write_text('clip = "evil:Encoder"\n')
+    code, out, err = run(*command)
+    assert (code, out, err.count("\n")) == (1, "", 1), err
+    assert "robot.toml was found in this folder and names a class, evil:Encoder" in err
+    assert "--clip evil:Encoder, or --config robot.toml" in err
+    assert not evil.exists() and "evil" not in sys.modules
+
+
+@pytest.mark.parametrize("how", ["--clip", "--config", "VIZBOT_CONFIG", "home", "in the home"])
+def test_a_class_is_opened_where_a_person_names_it(places, run, evil, monkeypatch, how):
+    arguments = {"--clip": ("evil:Encoder",), "--config": ("robot.toml",)}.get(how, ())
+    place = places[2] if how in ("home", "in the home") else places[1]
+    place.write_text('clip = "evil:Encoder"\n')
+    if how == "VIZBOT_CONFIG":
+        monkeypatch.setenv("VIZBOT_CONFIG", "robot.toml")
+    if how == "in the home":
+        monkeypatch.chdir(place.parent)
+        Path("evil.py").write_text("from pathlib import Path\nPath('trace').touch()\n")
+    monkeypatch.setattr(doctor_checks, "_camera", lambda *_: iter(()))
+    _, out, _ = run("doctor", "--json", *((how, *arguments) if arguments else ()))
+    assert Path("trace").exists()
+    [clip] = [each for each in json.loads(out)["findings"] if each["subject"] == "CLIP"]
+    assert clip["verdict"] == "bad" and "evil:Encoder" in clip["found"]
+
+
+def test_no_other_setting_is_text_that_could_name_what_runs():
+    """A new setting that is text belongs here once it is known what a stranger does by it."""
+    paths = {
+        f"{table.heading.strip('[]')}.{each.name}".lstrip(".")
+        for table in all_tables()
+        for each in table.settings
+        if each.values == "text"
+    }
+    assert paths == {"clip", "device", "serial_port", "calibration.date", "realsense.serial"}
+    for address in (
+        "alt:///dev/null?class=PosixPollSerial",
+        "spy:///dev/null?file=trace",
+        "evil.py",
+    ):
+        with pytest.raises(DeviceError, match=r"no such port|not a serial port"):
+            open_serial(address)
+    with pytest.raises(ValidationError):
+        Config(device="evil:Device")

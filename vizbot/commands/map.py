@@ -39,7 +39,7 @@ def build(options: MapBuildOptions) -> None:
     """
     sequence, out, intrinsics = options.sequence, options.out, options.intrinsics
     config = load_settings(options.config, options.clip)
-    require_encoder(config.clip)
+    require_encoder(config.clip, config.device)
     if intrinsics is not None and sequence.is_file():
         raise ConfigError(f"--intrinsics are not for {sequence}, which has its own")
     map_bundle.require_savable(out, replace=options.force)
@@ -50,13 +50,14 @@ def build(options: MapBuildOptions) -> None:
     known = read_trajectory(truth) if truth.exists() else None
     frames = _TrackedFrames()
     with Rig(config, str(sequence), "none", "", recording) as rig:
-        from vizbot.commands.progress import Progress
+        from vizbot.commands.progress import Progress, parts_with_bank
         from vizbot.mission import watch
         from vizbot.pipeline import Pipeline
 
         encoder = open_encoder(config.clip, config.device, config.half)
+        parts = parts_with_bank(encoder)
         with Progress() as progress:
-            pipeline = Pipeline(rig.devices, encoder, config, [progress, frames])
+            pipeline = Pipeline(rig.devices, encoder, config, [progress, frames], parts)
             watch(pipeline, [])
     bundle = pipeline.bundle()
     if bundle is None:
@@ -112,7 +113,7 @@ def query(options: MapQueryOptions) -> None:
     from vizbot.operator.language.language import load_language
 
     question = parse_question(options.text, load_language(options.language))
-    config = load_settings(options.config, method=options.method)
+    config = load_settings(options.config, options.clip, options.method)
     by_paper = config.objectnav.method == "paper"
     if by_paper and isinstance(question, HowMany):
         raise ConfigError(f"--method paper cannot answer {options.text!r}: it counts nothing")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from mapping.clip.own_encoder import is_class_name
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.method import Method
@@ -21,19 +22,40 @@ def load_settings(
 ) -> Config:
     """Read the settings of a command; a line on standard error names a file that was found.
 
+    A file that merely lies in the folder where a command is started may be somebody else's. It
+    names no code: a class is opened where `--clip`, a file that a person names, or the file in
+    their home names it.
+
     Args:
         given: The file of `--config`; without one it is looked for.
         clip: Encoder instead of the file's own.
         method: Method of search instead of the file's own.
 
     Raises:
-        ConfigError: `VIZBOT_CONFIG` names what is not there, or the file cannot be used.
+        ConfigError: `VIZBOT_CONFIG` names what is not there, the file cannot be used, or one that
+            was found in the working folder names a class.
     """
     path = settings_file(given)
     config = load_config(path, clip, method)
-    if path != given:
-        echo(f"settings: {path}", err=True)
+    if path is None or path == given:
+        return config
+    lies_here = _lies_here(path)
+    if lies_here and clip is None and is_class_name(config.clip):
+        raise ConfigError(
+            f"configuration {path} was found in this folder and names a class, {config.clip}, which"
+            f" is code that would run; if you trust it, name it: --clip {config.clip}, or --config"
+            f" {path}"
+        )
+    echo(f"settings: {path}{', found in this folder' if lies_here else ''}", err=True)
     return config
+
+
+def _lies_here(path: Path) -> bool:
+    """Whether a file was found in the working folder: nobody named it, and no home has it."""
+    if path != NAME or os.environ.get(VARIABLE):
+        return False
+    mine = _in_home()
+    return not (mine.exists() and mine.samefile(path))
 
 
 def settings_file(given: Path | None) -> Path | None:
@@ -54,8 +76,11 @@ def settings_file(given: Path | None) -> Path | None:
                 f"{VARIABLE} names {named}, which is not there; name a TOML file, or unset it"
             )
         return Path(named)
+    # A link that leads nowhere is meant to be a file: reading it says what is wrong.
+    return next((place for place in (NAME, _in_home()) if os.path.lexists(place)), None)
+
+
+def _in_home() -> Path:
     # Unlike Path.home() this raises nothing for a user without a home, who then has no such file.
     home = os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config")  # noqa: PTH111
-    places = (NAME, Path(home) / "vizbot" / NAME)
-    # A link that leads nowhere is meant to be a file: reading it says what is wrong.
-    return next((place for place in places if os.path.lexists(place)), None)
+    return Path(home) / "vizbot" / NAME
