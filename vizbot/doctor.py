@@ -23,13 +23,20 @@ from vizbot.config import Config
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.interfaces import Clock
 from vizbot.core.types import BaseState, Charging
-from vizbot.rig import open_encoder
+from vizbot.rig import FETCHED_EASILY, is_rehearsal_encoder, open_encoder, require_encoder
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
 
+EmbedImages = Callable[[Sequence[NDArray[np.uint8]]], object]
+"""Embeds pictures, as `ClipEncoder` does."""
+
 TIMEOUT = 18.0
 """A check that takes longer has failed [s]."""
+_ENCODER_TIMEOUT = 100.0
+"""The same of an encoder that is being loaded and tried [s]."""
+_TIMED_WHOLE = 5.0
+"""A frame that takes longer by a single patch is not embedded to be timed [s]."""
 _FEWEST_FRAMES = 0.9
 """Least share of the frames and samples asked for that a stream must give."""
 _MOST_SPOILT = 0.01
@@ -82,18 +89,33 @@ class Finding:
 Check = Callable[[], Iterator[Finding]]
 
 
-def examine(config: Config, clock: Clock, folder: Path) -> list[Finding]:
+@dataclass(slots=True)
+class _Trial:
+    """How far the encoder's check has come.
+
+    Attributes:
+        began: When it began to load the encoder, of which there are weights [s]; None before.
+        first_patch: When it began to embed the first patch [s]; None before.
+    """
+
+    began: float | None = None
+    first_patch: float | None = None
+
+
+def examine(config: Config, clock: Clock, folder: Path, rehearsal: bool = False) -> list[Finding]:
     """Run all checks at once.
 
     Args:
         config: Settings of the launch that is to be checked.
         clock: The wall clock.
         folder: The folder that holds the folders of runs.
+        rehearsal: Whether the rehearsal encoder was asked for by its name.
     """
+    trial = _Trial()
     checks: dict[str, Check] = {
         "base": lambda: _base(config, clock),
         "camera": lambda: _camera(config, clock),
-        "CLIP": lambda: _encoder(config, clock),
+        "CLIP": lambda: _encoder(config, clock, trial, rehearsal),
         "clock": _time,
         "disk": lambda: _disk(folder),
         "microphone": _microphone,
@@ -104,11 +126,15 @@ def examine(config: Config, clock: Clock, folder: Path) -> list[Finding]:
     }
     end, findings = clock.now() + TIMEOUT, list[Finding]()
     for subject, pending in under_way.items():
+        of_encoder = subject == "CLIP"
         while not pending.ready() and clock.now() < end:
+            clock.sleep(0.02)
+        while of_encoder and not pending.ready() and _under_way(trial, clock):
             clock.sleep(0.02)
         if not pending.ready():
             hangs = f"no answer within {TIMEOUT:.0f} s"
-            findings.append(_failed(subject, hangs))
+            slow = _too_slow(config, trial, clock) if of_encoder else None
+            findings.append(slow or _failed(subject, hangs))
             continue
         try:
             findings += pending.result()
@@ -229,34 +255,96 @@ def _rate(subject: str, rate: float, wanted: float, remedy: str) -> Finding:
     return _well_or_poor(subject, rate >= _FEWEST_FRAMES * wanted, found, remedy)
 
 
-def _encoder(config: Config, clock: Clock) -> Iterator[Finding]:
+def _encoder(config: Config, clock: Clock, trial: _Trial, rehearsal: bool) -> Iterator[Finding]:
     from mapping.clip.encoder import gpu_name
 
-    began = clock.now()
     try:
+        require_encoder(config.clip, config.device)
+        trial.began = began = clock.now()
         encoder = open_encoder(config.clip, config.device, config.half)
     except ConfigError as error:
-        what, _, remedy = str(error).partition(": ")
+        said = str(error)
+        what, _, remedy = said.partition("; " if "; " in said else ": ")
         yield Finding("CLIP", Grade.BAD, what, remedy)
         return
-    loaded = clock.now()
-    patches = _black_patches(config)
-    encoder.embed_images(patches[:1])  # the first time takes longer
-    took = _embedding_time(encoder, patches, clock)
-    if took < _SLOWEST_EMBEDDING:  # on a GPU the first batch of its size takes longer, too
-        took = _embedding_time(encoder, patches, clock)
-    text = f"{encoder.model_id} on {config.device}, {_short(took)} for the {len(patches)} patches"
-    notice = f" ({encoder.notice})" if encoder.notice else ""
-    found = f"{text} of a frame, loaded in {loaded - began:.1f} s{notice}"
-    yield _well_or_poor("CLIP", took < _SLOWEST_EMBEDDING, found, _FASTER)
+    if is_rehearsal_encoder(config.clip):
+        yield _of_rehearsals(config, clock, encoder, trial, rehearsal)
+    else:
+        loaded = clock.now() - began
+        took = _frame_time(encoder.embed_images, config, clock, trial)
+        notice = f" ({encoder.notice})" if encoder.notice else ""
+        found = f"{encoder.model_id} on {config.device}, {took}, loaded in {loaded:.1f} s{notice}"
+        yield _well_or_poor("CLIP", took.seconds < _SLOWEST_EMBEDDING, found, _FASTER)
     yield Finding("GPU", Grade.GOOD, gpu_name() or "none: CLIP runs on the processor")
 
 
+def _of_rehearsals(
+    config: Config, clock: Clock, encoder: ClipEncoder, trial: _Trial, rehearsal: bool
+) -> Finding:
+    """Of the rehearsal encoder, before a real camera; its remedy is timed on this machine."""
+    from mapping.clip.encoder import untrained_images
+
+    took = _frame_time(untrained_images(config.device, config.half), config, clock, trial)
+    found = f"{encoder.model_id} is the rehearsal encoder, which knows simulated homes alone"
+    remedy = f"{FETCHED_EASILY} ({took} on {config.device} here; docs/robot.md compares encoders)"
+    if rehearsal:
+        return Finding("CLIP", Grade.POOR, found, remedy)
+    remedy = f"{remedy}, or rehearse with --clip embedded"
+    return Finding("CLIP", Grade.BAD, found, remedy)
+
+
+def _under_way(trial: _Trial, clock: Clock) -> bool:
+    return trial.began is not None and clock.now() < trial.began + _ENCODER_TIMEOUT
+
+
+def _too_slow(config: Config, trial: _Trial, clock: Clock) -> Finding | None:
+    """Of an encoder that has not embedded a patch or two yet; None where it is not that far."""
+    if trial.first_patch is None:
+        return None
+    patches = len(_black_patches(config))
+    least = (clock.now() - trial.first_patch) / 2 * patches
+    return Finding("CLIP", Grade.POOR, f"{config.clip}: over {least:.0f} s a frame", _FASTER)
+
+
+@dataclass(frozen=True, slots=True)
+class _FrameTime:
+    """How long an encoder takes for a frame.
+
+    Attributes:
+        seconds: For all patches [s].
+        patches: Their number.
+        whole: Whether all were embedded; else the time is a single patch's, times their number.
+    """
+
+    seconds: float
+    patches: int
+    whole: bool
+
+    def __str__(self) -> str:
+        about = "" if self.whole else "about "
+        return f"{about}{_short(self.seconds)} a frame ({self.patches} patches)"
+
+
+def _frame_time(embed: EmbedImages, config: Config, clock: Clock, trial: _Trial) -> _FrameTime:
+    """Time a frame; a slow encoder by single patches."""
+    patches = _black_patches(config)
+    trial.first_patch = clock.now()
+    took = len(patches) * _embedding_time(embed, patches[:1], clock)
+    if took > _TIMED_WHOLE:  # the first time takes longer
+        took = len(patches) * _embedding_time(embed, patches[:1], clock)
+        if took > _TIMED_WHOLE:
+            return _FrameTime(took, len(patches), False)
+    took = _embedding_time(embed, patches, clock)
+    if took < _SLOWEST_EMBEDDING:  # on a GPU the first batch of its size takes longer, too
+        took = _embedding_time(embed, patches, clock)
+    return _FrameTime(took, len(patches), True)
+
+
 def _embedding_time(
-    encoder: ClipEncoder, patches: Sequence[NDArray[np.uint8]], clock: Clock
+    embed: EmbedImages, patches: Sequence[NDArray[np.uint8]], clock: Clock
 ) -> float:
     began = clock.now()
-    encoder.embed_images(patches)
+    embed(patches)
     return clock.now() - began
 
 

@@ -19,7 +19,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
-from mapping.clip.checkpoint.checkpoint import find_checkpoint
+from mapping.clip.checkpoint.checkpoint import SHORT_NAMES, find_checkpoint
 from mapping.clip.own_encoder import is_class_name, open_class, require_module
 from sim_stubs.faults.catalogue import FaultSchedule, PlannedFault
 from vizbot.config import Config
@@ -41,6 +41,9 @@ if TYPE_CHECKING:  # the encoder protocol's module loads torch
     from sim_stubs.world.world import World
 
 log = logging.getLogger(__name__)
+
+FETCHED_EASILY = f"`hf download {SHORT_NAMES['ViT-B/32']}`, then --clip ViT-B/32"
+"""How a person gets the smallest encoder of real pictures."""
 
 
 class Rig:
@@ -236,31 +239,50 @@ def require_devices(config: Config, camera: str, base: str) -> None:
         raise DeviceError("; ".join(missing))
 
 
-def require_encoder(name: str) -> None:
+def is_rehearsal_encoder(name: str) -> bool:
+    """Whether `--clip` names the encoder that knows nothing but simulated homes."""
+    return name == "embedded" or name.startswith("embedded-")
+
+
+def require_encoder(name: str, device: str = "cpu") -> None:
     """Refuse an encoder that is not on this machine, before anything of its size is loaded.
 
+    Args:
+        name: As `--clip` takes it.
+        device: As the setting of that name; one that is not there is refused for every encoder.
+
     Raises:
-        ConfigError: there are no weights for it here.
+        ConfigError: there are no weights for it here, or no such device.
     """
-    if _is_embedded(name):
+    if is_rehearsal_encoder(name):
         _embedded_files(name)
     elif is_class_name(name):
         require_module(name)
     else:
         find_checkpoint(name)
+    _require_compute_device(device)
+
+
+def _require_compute_device(device: str) -> None:
+    if device not in ("cpu", "auto"):  # PyTorch, which knows, takes seconds to load
+        from mapping.clip.encoder import compute_device
+
+        compute_device(device)
 
 
 def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
     """The encoder that `--clip` names: `embedded`, a short or hub name, a folder or a class.
 
-    `device` and `half` (16-bit floating point) are for the models that run on PyTorch. A class is
-    code that runs: for the name that a map has, which anybody may have written, there is
-    `open_map_encoder`.
+    `device` and `half` (16-bit floating point) are for the models that run on PyTorch; a device
+    that is not there is refused for every one. A class is code that runs: for the name that a map
+    has, which anybody may have written, there is `open_map_encoder`.
 
     Raises:
-        ConfigError: there are no weights for it here, or the class keeps no contract.
+        ConfigError: there are no weights for it here, the class keeps no contract, or there is no
+            such device.
     """
-    if _is_embedded(name):
+    _require_compute_device(device)
+    if is_rehearsal_encoder(name):
         from sim_stubs.clip.encoder import open_embedded_clip
 
         return open_embedded_clip(_embedded_files(name))
@@ -275,12 +297,13 @@ def open_text_encoder(name: str, device: str, half: bool = False) -> TextEncoder
     """The same encoder, to ask a saved map with; the embedded one takes no PyTorch then.
 
     Raises:
-        ConfigError: there are no weights for it here.
+        ConfigError: there are no weights for it here, or no such device.
     """
-    if not _is_embedded(name):
+    if not is_rehearsal_encoder(name):
         return open_encoder(name, device, half)
     from sim_stubs.clip.text_encoder import EmbeddedTexts
 
+    _require_compute_device(device)
     return EmbeddedTexts(_embedded_files(name))
 
 
@@ -307,15 +330,11 @@ def open_map_encoder(
     if clip is None:
         map_bundle.require_no_class(bundle)
         clip = bundle.model_id
-    require_encoder(clip)
+    require_encoder(clip, device)
     whole = len(bundle.pictures) == 0  # a map of before: the encoder embeds the bank of pictures
     encoder = open_encoder(clip, device, half) if whole else open_text_encoder(clip, device, half)
     map_bundle.require_encoder(bundle, encoder)
     return encoder
-
-
-def _is_embedded(name: str) -> bool:
-    return name == "embedded" or name.startswith("embedded-")
 
 
 def _embedded_files(name: str) -> EmbeddedFiles:

@@ -59,7 +59,7 @@ def main(*arguments):
     camera = SoftwareD435i(fps=RATE)
     context = camera.plug_in()
     rs.context = lambda: context
-    sys.argv = ["vizbot", "launch", "--force", *arguments]
+    sys.argv = ["vizbot", "launch", "--force", "--clip", "embedded", *arguments]
     with filmed(camera, FreeFloor()):
         cli.main()
 

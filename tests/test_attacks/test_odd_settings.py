@@ -10,7 +10,7 @@ from vizbot.commands import calibrate, open_run, teleop
 from vizbot.core.errors import DeviceError
 
 COMMANDS = {
-    "launch": ["launch", "--force"],
+    "launch": ["launch", "--force", "--clip", "embedded"],
     "calibrate": ["calibrate", "--yes"],
     "teleop": ["teleop"],
 }

@@ -82,7 +82,7 @@ def test_a_dry_run_refuses_another_command_in_one_line_and_leaves_nothing(run, t
 
 def test_rerun_that_is_not_installed_is_one_line_and_leaves_nothing(run, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "rerun", None)
-    for command in (("dry-run", "sofa"), ("launch",)):
+    for command in (("dry-run", "sofa"), ("launch", "--clip", "embedded")):
         assert_one_line(run(*command, "--rerun"), "--rerun", "pip install rerun-sdk")
     assert list(tmp_path.iterdir()) == []
 
@@ -182,7 +182,7 @@ def test_a_run_cannot_begin_in_a_map_that_is_none(run, tmp_path, command):
 def test_launch_without_devices_says_what_is_missing_and_leaves_nothing(run, tmp_path):
     config = tmp_path / "robot.toml"
     config.write_text('serial_port = "/dev/ttyNOTHING"\n')
-    result = run("launch", "--config", "robot.toml", "--port", "0")
+    result = run("launch", "--clip", "embedded", "--config", "robot.toml", "--port", "0")
     assert_one_line(result, "RealSense", "/dev/ttyNOTHING")
     assert [path.name for path in tmp_path.iterdir()] == ["robot.toml"]
 
@@ -200,9 +200,10 @@ def test_what_the_doctor_finds_bad_keeps_launch_from_opening_devices_unless_forc
     monkeypatch.setattr("vizbot.commands.launch.examine", lambda *_: [camera])
     monkeypatch.setattr("vizbot.commands.open_run.Rig", open_rig)
     monkeypatch.setattr("vizbot.commands.launch.require_devices", lambda *_: None)
-    assert_one_line(run("launch", "--port", "0"), "camera: none found; plug it in", "--force")
+    launch = ("launch", "--clip", "embedded", "--port", "0")
+    assert_one_line(run(*launch), "camera: none found; plug it in", "--force")
     assert opened == []
-    assert_one_line(run("launch", "--force", "--port", "0"), "the wheels are gone")
+    assert_one_line(run(*launch, "--force"), "the wheels are gone")
     assert opened == ["rig"]
     assert list(tmp_path.iterdir()) == []
 

@@ -13,7 +13,9 @@ from serial.tools import list_ports
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import SoftwareD435i
 from tests.helpers.checkout import ROOT
+from tests.helpers.random_clip import save_tiny_clip
 from vizbot.cli import app as cli
+from vizbot.commands.config.encoder_choice import CHOICES, choices_page
 from vizbot.config import Config, load_config
 
 SETTING = re.compile(r"^#(?=\S)", re.MULTILINE)
@@ -59,6 +61,29 @@ def test_a_first_file_names_the_port_and_the_camera_that_are_plugged_in(run, plu
     assert config.serial_port == "/dev/ttyUSB0"
     assert config.realsense.serial == "900000000001"
     assert Config.model_fields["serial_port"].description in (tmp_path / "robot.toml").read_text()
+
+
+def test_a_first_file_lets_a_person_choose_the_encoder_by_what_its_time_means(
+    run, plug_in, monkeypatch, tmp_path
+):
+    plug_in()
+    monkeypatch.setattr("huggingface_hub.constants.HF_HUB_CACHE", str(tmp_path / "hub"))
+    code, out, _ = run("init")
+    text = (tmp_path / "robot.toml").read_text()
+    assert code == 0 and "clip: Fetch one, as by `hf download openai/clip-vit-base-patch32`" in out
+    assert '\n#clip = "embedded"\n' in text
+    for each in CHOICES:
+        assert each.encoder in text and f"{each.frame:g} s; {each.meaning}" in text
+    assert choices_page() in (ROOT / "docs/robot.md").read_text()
+
+
+def test_a_first_file_names_an_encoder_that_was_fetched(run, plug_in, monkeypatch, tmp_path):
+    plug_in()
+    fetched = tmp_path / "hub/models--openai--clip-vit-large-patch14/snapshots/abc"
+    save_tiny_clip(fetched)
+    monkeypatch.setattr("huggingface_hub.constants.HF_HUB_CACHE", str(tmp_path / "hub"))
+    assert "clip: Fetched here: ViT-L/14." in run("init")[1]
+    assert load_config(tmp_path / "robot.toml").clip == "ViT-L/14"
 
 
 def test_a_port_with_an_odd_name_spoils_no_first_file(run, plug_in, tmp_path):

@@ -103,7 +103,8 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
     end, robot_toml, floor, tmp_path, signals, monkeypatch, capfd
 ):
     run, port = tmp_path / "run", free_port()
-    command = ["launch", "--force", "--config", robot_toml, "--out", run, "--port", port, "--rerun"]
+    command = ["launch", "--force", "--clip", "embedded", "--config", robot_toml, "--out", run]
+    command += ["--port", port, "--rerun"]
     monkeypatch.setattr(sys, "argv", ["vizbot", *map(str, command)])
     with typing(monkeypatch) as keyboard:
         url = f"http://127.0.0.1:{port}"

@@ -22,7 +22,7 @@ def ask(tmp_path, monkeypatch, mean_colours):
         opened.append(wanted)
         return mean_colours
 
-    monkeypatch.setattr("vizbot.rig.require_encoder", lambda _: None)
+    monkeypatch.setattr("vizbot.rig.require_encoder", lambda *_: None)
     monkeypatch.setattr("vizbot.rig.open_encoder", open_encoder)
 
     def command(**options):

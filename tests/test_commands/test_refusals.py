@@ -91,6 +91,37 @@ def test_a_launch_that_cannot_be_is_refused_before_anything_heavy_is_loaded(run,
     assert word in error
 
 
+@pytest.mark.parametrize("file", ["", 'clip = "embedded"\n'])
+@pytest.mark.parametrize("force", [(), ("--force",)])
+def test_the_rehearsal_encoder_drives_among_real_things_only_where_it_is_typed(
+    run, tmp_path, file, force
+):
+    (tmp_path / "mine.toml").write_text(f'serial_port = "nowhere"\n{file}')
+    command = ("launch", *force, "--config", "mine.toml", "--port", "0")
+    code, error, loaded = run(*command)
+    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    assert "clip embedded: the rehearsal encoder knows simulated homes alone" in error
+    assert "hf download openai/clip-vit-base-patch32" in error and "--clip embedded" in error
+    if force:
+        code, error, _ = run(*command, "--clip", "embedded")
+        assert code == 1 and "serial port nowhere" in error
+
+
+@pytest.mark.parametrize("command", [("dry-run", "sofa"), ("launch",), ("map", "build", "walk")])
+@pytest.mark.parametrize("clip", ["embedded", "own:Encoder"])
+def test_cuda_where_there_is_none_is_refused_for_every_encoder(
+    run, tmp_path, monkeypatch, command, clip
+):
+    monkeypatch.setattr("torch.cuda.device_count", lambda: 0)
+    (tmp_path / "own.py").write_text("class Encoder: pass\n")
+    (tmp_path / "mine.toml").write_text('device = "cuda"\n')
+    out = ("--out", "run")
+    code, error, loaded = run(*command, "--config", "mine.toml", "--clip", clip, *out)
+    assert (code, error.count("\n")) == (1, 1) and "mujoco" not in loaded
+    assert "no device 'cuda' for CLIP on this machine; give cpu or auto" in error
+    assert not (tmp_path / "run").exists()
+
+
 @pytest.mark.parametrize("command", [("show",), ("schema",), ("schema", "--markdown"), ("init",)])
 def test_the_settings_are_told_with_nothing_heavy(run, command):
     code, _, loaded = run("config", *command)
@@ -137,7 +168,7 @@ def refused(run, tmp_path, *arguments):
     return error
 
 
-SERVED = [("dry-run", "sofa", "--serve"), ("launch",)]
+SERVED = [("dry-run", "sofa", "--serve"), ("launch", "--clip", "embedded")]
 
 
 @pytest.mark.parametrize("command", SERVED, ids=["dry-run", "launch"])
@@ -169,9 +200,10 @@ def test_a_folder_that_cannot_be_made_is_refused_before_anything_heavy_is_loaded
     assert "cannot write to file/run: Not a directory" in error and "--out" in error
 
 
-@pytest.mark.parametrize(
-    "command", [("dry-run", "sofa"), ("calibrate", "--camera", "sim"), ("launch", "--force")]
-)
+LAUNCH = ("launch", "--force", "--clip", "embedded")
+
+
+@pytest.mark.parametrize("command", [("dry-run", "sofa"), ("calibrate", "--camera", "sim"), LAUNCH])
 def test_a_base_that_is_not_plugged_in_is_refused_before_a_device_is_opened(run, tmp_path, command):
     (tmp_path / "robot.toml").write_text('serial_port = "nowhere"\n')
     options = {"dry-run": ("--base", "roomba"), "launch": ("--port", "0")}.get(command[0], ())

@@ -2,13 +2,17 @@
 
 import json
 import math
+import re
 import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from transformers import CLIPVisionModel
 from typer.testing import CliRunner
 
+from mapping.clip.encoder import untrained_images
 from sim_stubs.clock import SimulatedClock
 from vizbot import doctor
 from vizbot.cli import app as cli
@@ -123,7 +127,12 @@ def test_a_microphone_is_what_captures(monkeypatch, sound, verdict, found):
 
 @pytest.mark.parametrize(
     ("seconds", "verdict", "shown"),
-    [(0.9, Grade.GOOD, "900 ms"), (1.0, Grade.POOR, "1.0 s"), (9.0, Grade.POOR, "9.0 s")],
+    [
+        (0.9, Grade.GOOD, ", 900 ms"),
+        (1.0, Grade.POOR, ", 1.0 s"),
+        (4.9, Grade.POOR, ", 4.9 s"),
+        (53.0, Grade.POOR, ", about 53.0 s"),
+    ],
 )
 def test_an_encoder_that_takes_a_second_or_more_for_a_frame_is_poor(
     monkeypatch, mean_colours, seconds, verdict, shown
@@ -135,15 +144,18 @@ def test_an_encoder_that_takes_a_second_or_more_for_a_frame_is_poor(
 
         def embed_images(self, images):
             clock.time += seconds * len(images) / 25
+            sizes.append(len(images))
             return mean_colours.embed_images(images)
 
-    asked = []
+    asked, sizes = [], []
+    monkeypatch.setattr("vizbot.doctor.require_encoder", lambda *_: None)
     monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *name: asked.append(name) or slow)
     slow = SlowEncoder()
     config = Config(clip="ViT-L/14", device="auto", half=True)
-    clip, _ = doctor._encoder(config, clock)
+    clip, _ = doctor._encoder(config, clock, doctor._Trial(), False)
     assert asked == [("ViT-L/14", "auto", True)]
-    assert clip.verdict is verdict and f"{shown} for the 25 patches" in clip.found
+    assert clip.verdict is verdict and f"{shown} a frame (25 patches)" in clip.found
+    assert sum(sizes) == (2 if seconds > 5 else 26 if verdict is Grade.POOR else 51)
     for remedy in ("smaller encoder", 'device = "cuda"', "scales"):
         assert (remedy in clip.remedy) == (verdict is Grade.POOR)
 
@@ -161,17 +173,60 @@ def test_a_gpu_that_prepares_itself_for_the_first_batch_of_a_size_is_timed_by_th
             sizes.append(len(images))
             return mean_colours.embed_images(images)
 
+    monkeypatch.setattr("vizbot.doctor.require_encoder", lambda *_: None)
     monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *_: Gpu())
-    clip, _ = doctor._encoder(Config(), clock)
-    assert "17 ms for the 25 patches" in clip.found
+    clip, _ = doctor._encoder(Config(clip="ViT-L/14"), clock, doctor._Trial(), False)
+    assert "17 ms a frame (25 patches)" in clip.found
     assert sizes == [1, 25, 25]
 
 
 def test_fewer_scales_are_fewer_patches(monkeypatch, mean_colours):
+    monkeypatch.setattr("vizbot.doctor.require_encoder", lambda *_: None)
     monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *_: mean_colours)
-    config = Config.model_validate({"perception": {"clip_mapper": {"scales": [0]}}})
-    clip, _ = doctor._encoder(config, FakeClock())
-    assert "for the 4 patches" in clip.found
+    few = {"clip": "ViT-B/32", "perception": {"clip_mapper": {"scales": [0]}}}
+    config = Config.model_validate(few)
+    clip, _ = doctor._encoder(config, FakeClock(), doctor._Trial(), False)
+    assert "a frame (4 patches)" in clip.found
+
+
+def test_an_encoder_whose_first_patch_does_not_end_is_poor_by_what_it_took_so_far(
+    tmp_path, monkeypatch
+):
+    clock = SimulatedClock()
+    start, began = clock.start, clock.now()
+    trial = doctor._Trial(began, first_patch=began + 20.0)
+    monkeypatch.setattr(clock, "start", lambda _check, _latency: start(list, math.inf))
+    monkeypatch.setattr(doctor, "_Trial", lambda: trial)
+    found = examine(Config(clip="ViT-L/14"), clock, tmp_path)
+    [clip] = [each for each in found if each.subject == "CLIP"]
+    assert clip.verdict is Grade.POOR
+    assert clip.found == "ViT-L/14: over 1000 s a frame" and "smaller encoder" in clip.remedy
+
+
+@pytest.mark.parametrize(("asked", "verdict"), [(False, Grade.BAD), (True, Grade.POOR)])
+def test_the_rehearsal_encoder_is_bad_before_a_real_camera_unless_it_is_asked_for(asked, verdict):
+    config = Config.model_validate({"perception": {"clip_mapper": {"scales": [1]}}})
+    clip, _ = doctor._encoder(config, WallClock(), doctor._Trial(), asked)
+    assert clip.verdict is verdict
+    assert "is the rehearsal encoder, which knows simulated homes alone" in clip.found
+    assert "hf download openai/clip-vit-base-patch32" in clip.remedy
+    assert re.search(r"\d (ms|s) a frame \(1 patches\) on cpu here", clip.remedy)
+    assert ("--clip embedded" in clip.remedy) == (not asked)
+
+
+def test_the_published_tower_is_timed_without_weights_and_as_large_as_it_is(monkeypatch):
+    sizes = []
+    call = CLIPVisionModel.forward
+
+    def count(tower, *rest, **named):
+        sizes.append(
+            (sum(each.numel() for each in tower.parameters()), named["pixel_values"].shape)
+        )
+        return call(tower, *rest, **named)
+
+    monkeypatch.setattr(CLIPVisionModel, "forward", count)
+    untrained_images("cpu", False)([np.zeros((40, 60, 3), np.uint8)])
+    assert sizes == [(87_456_000, (1, 3, 224, 224))]
 
 
 class FakeClock:

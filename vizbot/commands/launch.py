@@ -38,7 +38,8 @@ def run(plan: RunPlan, options: LaunchOptions) -> None:
     if options.force:
         require_devices(plan.config, _DEVICES.camera, _DEVICES.base)
     else:
-        require_well(examine(plan.config, WallClock(), plan.folder.parent))
+        asked = options.run.clip is not None  # the rehearsal encoder is refused but by its name
+        require_well(examine(plan.config, WallClock(), plan.folder.parent, asked))
     with open_run(plan, _DEVICES, serve=True, score=False) as opened:
         if opened.notice:
             echo(opened.notice, err=True)

@@ -21,7 +21,13 @@ from vizbot.operator.api.listener import require_service
 from vizbot.operator.language.language import load_language
 from vizbot.operator.viewer.open_viewer import require_rerun
 from vizbot.recorder import default_folder, require_run_folder
-from vizbot.rig import require_devices, require_encoder, require_mix
+from vizbot.rig import (
+    FETCHED_EASILY,
+    is_rehearsal_encoder,
+    require_devices,
+    require_encoder,
+    require_mix,
+)
 
 if TYPE_CHECKING:  # loads what a run without a saved map begins without
     from mapping.map_bundle import MapBundle
@@ -102,7 +108,7 @@ def plan_run(options: RunOptions) -> RunPlan:
     if options.rerun:
         require_rerun()
     config = load_settings(options.config, options.clip, options.method)
-    require_encoder(config.clip)
+    require_encoder(config.clip, config.device)
     if options.map_folder is None:
         return RunPlan(folder, config, None, options.rerun)
     saved_map, map_folder = _loaded(options.map_folder)
@@ -134,6 +140,7 @@ def plan_launch(options: LaunchOptions) -> RunPlan:
     """
     load_language(options.service.language)
     plan = plan_run(options.run)
+    _require_encoder_of_pictures(plan.config.clip, options.run.clip)
     require_service(options.service.service())
     return plan
 
@@ -155,6 +162,16 @@ def _loaded(given: Path) -> tuple[MapBundle, Path]:
     folder = find_map(given)
     map_bundle.require_growable(folder)
     return map_bundle.load(folder), folder
+
+
+def _require_encoder_of_pictures(clip: str, typed: str | None) -> None:
+    """Refuse to drive among real things by an encoder that knows none, unless it is asked for."""
+    if is_rehearsal_encoder(clip) and typed is None:
+        raise ConfigError(
+            f"clip {clip}: the rehearsal encoder knows simulated homes alone; choose one of real"
+            f" pictures, {FETCHED_EASILY} (docs/robot.md compares them, vizbot doctor times them),"
+            " or rehearse with --clip embedded"
+        )
 
 
 def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> None:

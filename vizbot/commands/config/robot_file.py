@@ -6,9 +6,11 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from vizbot.commands.config.encoder_choice import choices_text, fetched_encoders
 from vizbot.commands.config.settings_table import Setting, Table, toml_value
 from vizbot.core.errors import DeviceError
 from vizbot.operator.printing import printable
+from vizbot.rig import FETCHED_EASILY
 
 _WIDTH = 98
 """Letters of a comment's line."""
@@ -38,8 +40,12 @@ class Seen:
 
 
 def seen_devices() -> dict[str, Seen]:
-    """What `vizbot doctor` sees on this machine, by the setting that names it; none is opened."""
-    return {"serial_port": _seen_port(), "realsense.serial": _seen_camera()}
+    """What there is on this machine, by the setting that names it; none is opened."""
+    return {
+        "clip": _seen_encoder(),
+        "serial_port": _seen_port(),
+        "realsense.serial": _seen_camera(),
+    }
 
 
 def robot_file(tables: Sequence[Table], devices: Mapping[str, Seen], *, every: bool) -> str:
@@ -73,6 +79,8 @@ def _entry(setting: Setting, seen: Seen | None) -> str:
     if seen is not None:
         setting = replace(setting, description=f"{setting.description} {seen.remark}")
     about = _comment(setting.description)
+    if setting.name == "clip":
+        about += "".join(f"# {line}\n" for line in choices_text())
     if seen is not None and seen.value is not None:
         return f"{about}{setting.name} = {toml_value(seen.value)}\n"
     if setting.default is None:
@@ -84,6 +92,13 @@ def _comment(text: str) -> str:
     """The text as comments; no letter of a device's name ends a line or is none of TOML."""
     lines = textwrap.wrap(printable(text), _WIDTH, break_on_hyphens=False)
     return "".join(f"# {line}\n" for line in lines)
+
+
+def _seen_encoder() -> Seen:
+    fetched = fetched_encoders()
+    if fetched:
+        return Seen(fetched[0], f"Fetched here: {', '.join(fetched)}.")
+    return Seen(None, f"Fetch one, as by {FETCHED_EASILY} here.")
 
 
 def _seen_port() -> Seen:
