@@ -183,6 +183,13 @@ def test_a_revision_of_weights_alone_takes_the_rest_from_main(tiny, folder, cach
     np.testing.assert_array_equal(answers("ViT-B/32"), answers(tiny))
 
 
+def test_a_revision_with_a_configuration_of_its_own_goes_by_that(tiny, folder, cache):
+    wider(folder)
+    fetched(cache, as_pickle(folder), MAIN, "main")
+    fetched(cache, tiny, OTHER, "refs/pr/15")
+    np.testing.assert_array_equal(answers("ViT-B/32"), answers(tiny))
+
+
 def test_a_snapshot_without_a_reference_and_a_folder_of_the_cache_load(tiny, cache, caplog):
     snapshot = fetched(cache, tiny, OTHER)
     for name in ("ViT-B/32", cache, snapshot):

@@ -136,13 +136,14 @@ def find_checkpoint(name: str) -> ClipCheckpoint:
             missing or says what no CLIP has.
     """
     source, snapshots, remedy = _sought(name)
-    config = _config(source, snapshots, remedy)
     found = weights_first(snapshots, (*SAFETENSORS, *PICKLES))
+    # What a revision has of its own counts before what others have.
+    around = snapshots if found is None else [found[0], *snapshots]
+    config = _config(source, around, remedy)
     if found is None:
         fault = f"has no weights: neither {SAFETENSORS[0]} nor {PICKLES[0]} is there"
         raise _refused(source, fault, remedy)
     chosen, weights = found
-    around = [chosen, *(each for each in snapshots if each is not chosen)]
     tokenizer = next(
         (
             each.folder
