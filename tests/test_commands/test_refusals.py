@@ -112,7 +112,7 @@ def test_the_rehearsal_encoder_drives_among_real_things_only_where_it_is_typed(
 def test_cuda_where_there_is_none_is_refused_for_every_encoder(
     run, tmp_path, monkeypatch, command, clip
 ):
-    monkeypatch.setattr("torch.cuda.device_count", lambda: 0)
+    monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "")
     (tmp_path / "own.py").write_text("class Encoder: pass\n")
     (tmp_path / "mine.toml").write_text('device = "cuda"\n')
     out = ("--out", "run")
