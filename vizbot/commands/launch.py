@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 
 from vizbot.commands.doctor import require_well
 from vizbot.commands.open_run import OpenRun, open_run
@@ -10,11 +11,14 @@ from vizbot.commands.options import LaunchOptions
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.commands.serve import ServedRun
 from vizbot.core.clock import WallClock
+from vizbot.core.errors import ConfigError
 from vizbot.core.interrupts import first_error, one_line
+from vizbot.core.normal_text import seen_text
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.language.command import MISSIONS, Stop
+from vizbot.operator.language.command_grammar import MOST_LETTERS
 from vizbot.operator.language.language import ENGLISH, Language, load_language
 from vizbot.operator.printing import echo
 from vizbot.operator.session.live_map import LiveMap
@@ -24,8 +28,8 @@ from vizbot.operator.voice.dialogue import Dialogue
 from vizbot.rig import require_devices
 
 _DEVICES = DeviceChoice("realsense", "roomba")
-_LONGEST = 200
-"""Most letters of a typed line that count."""
+_LONGEST = MOST_LETTERS + 1
+"""Most letters of a typed line that count: a longer one is refused."""
 
 
 def run(plan: RunPlan, options: LaunchOptions) -> None:
@@ -75,11 +79,18 @@ def _take_dictation(session: OperatorSession, language: Language = ENGLISH) -> N
         if not line.strip():
             session.closed.set()
             return
-        text = printable(line, _LONGEST)
-        if isinstance(language.grammar.typed(text), (*MISSIONS, Stop)):
+        text = printable(seen_text(line), _LONGEST)
+        if _moves(text, language):
             _do(dialogue, text)
         else:  # a robot that is busy answers late
             threading.Thread(target=_do, args=(dialogue, text), daemon=True).start()
+
+
+def _moves(text: str, language: Language) -> bool:
+    """Whether a line asks the robot to drive or to stop, so that its place in order counts."""
+    with suppress(ConfigError):  # what is too long is refused once it is done
+        return isinstance(language.grammar.typed(text), (*MISSIONS, Stop))
+    return False
 
 
 def _do(dialogue: Dialogue, text: str) -> None:

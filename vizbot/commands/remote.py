@@ -13,6 +13,7 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.operator.client.robot_client import RobotClient, answer_lines
 from vizbot.operator.language.command import Explore, Stop
+from vizbot.operator.language.command_grammar import require_length
 from vizbot.operator.language.language import ENGLISH, Language, languages, load_language
 from vizbot.operator.printing import echo
 
@@ -50,6 +51,7 @@ def ask(
         stop(client)
         return True
     sentence = texts[0] if len(texts) == 1 else one_sentence(texts, language)
+    require_length(sentence)
     at_once = at_once or any(map(language.grammar.is_urgent, texts))
     reply = client.say(sentence, whoami(), at_once=at_once)
     for line in answer_lines(reply):
@@ -61,7 +63,10 @@ def ask(
 
 def is_stop(text: str) -> bool:
     """Whether a sentence of any language is a stop, which needs no token."""
-    return any(isinstance(load_language(code).grammar.typed(text), Stop) for code in languages())
+    grammars = [load_language(code).grammar for code in languages()]
+    if any(grammar.is_stop(text) for grammar in grammars):
+        return True
+    return any(isinstance(grammar.typed(text), Stop) for grammar in grammars)
 
 
 def explore(client: RobotClient, at_once: bool, wait: bool) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from vizbot.core.errors import ConfigError
+from vizbot.core.normal_text import seen_text
 from vizbot.operator.language.command import (
     All,
     Command,
@@ -108,7 +109,7 @@ def require_text(text: str) -> None:
     """Raise a `ConfigError` for what is no sentence."""
     if not text.strip():
         raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
-    if not text.isprintable():
+    if not seen_text(text).isprintable():
         raise ConfigError(f"the goal {text!r} holds what is no text; say it in plain words")
 
 

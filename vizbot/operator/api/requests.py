@@ -14,10 +14,8 @@ _MOST_CORNERS = 100
 
 Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
 """What a person asks for, in one line."""
-SentenceText = Annotated[
-    str, StringConstraints(strip_whitespace=True, min_length=1, max_length=4000)
-]
-"""What a person types, in one line; long enough for a mission of twenty goals."""
+SentenceText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+"""What a person types, in one line: 120 words and 600 characters at most."""
 PersonName = Annotated[str, StringConstraints(max_length=40)]
 Coordinate = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
 """x or y in `map` [m]."""

@@ -8,9 +8,11 @@ from typing import Annotated
 from fastapi import APIRouter, Body, HTTPException
 
 from vizbot.core.errors import VizbotError
+from vizbot.core.normal_text import seen_text
 from vizbot.operator.api.answers import SentenceAnswer
 from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
 from vizbot.operator.api.requests import PersonName, SentenceRequest
+from vizbot.operator.language.command_grammar import SentenceTooLongError, require_length
 from vizbot.operator.session.session import SOMEBODY
 from vizbot.operator.voice.dialogue import Dialogue, QueueFullError
 from vizbot.operator.voice.sound import SoundError
@@ -32,12 +34,22 @@ def sentence_router(sentences: Dialogue) -> APIRouter:
     def said(sentence: SentenceRequest) -> SentenceAnswer:
         """Do what a sentence asks for: go to, where is, come back, dock, stop, or a bare goal.
 
-        Where the answer holds a `question`, `meant` is what to say for yes.
+        Where the answer holds a `question`, `meant` is what to say for yes. While one sentence is
+        read, two more may wait; a stop of up to three words waits for none.
         """
-        if not sentence.text.isprintable():
-            raise HTTPException(422, f"{sentence.text!r} holds what is no text")
-        with http_errors():
-            reply = sentences.typed(sentence.text, sentence.who, at_once=sentence.at_once)
+        text = seen_text(sentence.text)
+        try:
+            if not text.isprintable():
+                require_length(text)
+                raise HTTPException(422, f"{text!r} holds what is no text")
+            reply = sentences.typed(text, sentence.who, at_once=sentence.at_once)
+        except SentenceTooLongError as error:
+            raise HTTPException(422, str(error)) from error
+        except QueueFullError as error:
+            raise HTTPException(429, str(error)) from error
+        except VizbotError:
+            with http_errors():
+                raise
         return SentenceAnswer(**asdict(reply))
 
     @router.post(

@@ -167,6 +167,7 @@ class Reason(Enum):
     ZONE = "zone"
     TERMS = "terms"
     TOO_FAR = "too far"
+    NUMBER = "number"
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,8 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from vizbot.core.errors import ConfigError
+from vizbot.core.normal_text import normal_text, seen_text
 from vizbot.operator.language.clause_reader import ClauseReader
 from vizbot.operator.language.command import (
     MISSIONS,
@@ -41,6 +43,7 @@ from vizbot.operator.language.command import (
     with_goals,
 )
 from vizbot.operator.language.goal_reader import GoalReader, literal_mark, without_marks
+from vizbot.operator.language.numeral import digits_of
 from vizbot.operator.language.sentence_kinds import ALONE
 from vizbot.operator.language.sentence_rules import RuleMaker, readings
 from vizbot.operator.language.sentence_writer import SentenceWriter
@@ -56,6 +59,15 @@ from vizbot.operator.language.wording import Wording
 
 _QUOTE = re.compile(r"[\"\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}]")
 _LITERAL = re.compile(rf"{_QUOTE.pattern}(.*?){_QUOTE.pattern}")
+MOST_WORDS, MOST_LETTERS = 120, 600
+"""A longer line is refused before any pattern sees it."""
+_STOP_WORDS, _STOP_LETTERS = 3, 60
+"""A line that is no longer may be a stop, whatever else waits to be read."""
+_REPEATED = re.compile(r"(\W|[^\W\d_])\1{2,}")
+
+
+class SentenceTooLongError(ConfigError):
+    """A line is longer than any sentence that is read."""
 
 
 class Grammar:
@@ -107,27 +119,47 @@ class Grammar:
     def heard(self, line: str) -> Command | None:
         """The command in a line that was heard; None if there is none.
 
-        Quotes mean nothing here: no speaker says them.
+        Quotes mean nothing here: no speaker says them. Nobody says a line that is too long, either.
         """
-        line = without_marks(line)
-        return self._or_stop(self._parse(line, ()), line, ())
+        try:
+            require_length(line)
+        except SentenceTooLongError:
+            return None
+        line, unread = digits_of(seen_text(without_marks(line)))
+        line = normal_text(line)
+        return _readable(self._or_stop(self._parse(line, ()), line, ()), unread)
 
     def typed(self, line: str) -> Command | None:
         """The command in a line that was typed to the robot; None if there is none.
 
         A thing that stands alone is a goal, in the very words that were typed. Words in quotes are
         taken literally.
+
+        Raises:
+            SentenceTooLongError: the line is longer than `MOST_WORDS` or `MOST_LETTERS`.
         """
-        marked, literals = self._without_literals(line)
+        marked, literals, unread = self._without_literals(line)
+        return _readable(self._typed(marked, literals, quoted=bool(_QUOTE.search(line))), unread)
+
+    def is_stop(self, line: str) -> bool:
+        """Whether a line is a stop of a few words: that is told without reading a long one."""
+        words = normal_text(line).split()
+        if not 0 < len(words) <= _STOP_WORDS:
+            return False
+        said = _REPEATED.sub(r"\1", " ".join(words))
+        return len(said) <= _STOP_LETTERS and isinstance(self.typed(said), Stop)
+
+    def _typed(self, marked: str, literals: Sequence[str], *, quoted: bool) -> Command | None:
+        """The command in a line in which marks stand for its literals."""
         command = self._parse(marked, literals)
         if self._is_plain(command, literals):
             return command
         with_bare = self._parse(marked, literals, bare=True)
         command = with_bare if self._is_plain(with_bare, literals) or command is None else command
         command = self._or_stop(command, marked, literals)
-        whole = self._goals.without_article(tidy(plain(line)).replace(",", ""))
-        if command == GoTo((whole,)) and not _QUOTE.search(line):
-            return GoTo((line.strip(" .,;:!?"),))
+        whole = self._goals.without_article(tidy(plain(marked)).replace(",", ""))
+        if command == GoTo((whole,)) and not quoted:
+            return GoTo((marked.strip(" .,;:!?"),))
         return command
 
     def literals(self, line: str) -> Sequence[str]:
@@ -153,7 +185,10 @@ class Grammar:
         if at_once:
             return self.urgent(self.text(command, quoted=quoted, own=own))
         text = self._writer.text(command, quoted, "{}")
-        found_again = self.typed(text) == command and not self.is_urgent(text)
+        try:
+            found_again = self.typed(text) == command and not self.is_urgent(text)
+        except SentenceTooLongError:
+            found_again = False
         named = with_goals(command, [*map(own, goals_of(command))])
         return self._writer.text(named, {*map(own, quoted)}, "{}" if found_again else '"{}"')
 
@@ -163,7 +198,7 @@ class Grammar:
 
     def is_urgent(self, line: str) -> bool:
         """Whether a line says that the running task must give way: "right now", "instead"."""
-        line, _ = self._without_literals(line)
+        line, *_ = self._without_literals(line)
         steps = self._splitter.steps(self._splitter.polished(line))
         return self._splitter.is_at_once(line) or any(
             self._now.search(step.around) for step in steps
@@ -173,21 +208,25 @@ class Grammar:
         """A goal without the articles before it."""
         return self._goals.without_article(goal.casefold())
 
-    def _without_literals(self, line: str) -> tuple[str, Sequence[str]]:
-        """The line with a mark in place of each part in quotes, and these parts.
+    def _without_literals(self, line: str) -> tuple[str, Sequence[str], bool]:
+        """The line with a mark in place of each part in quotes, these parts, and a doubt.
+
+        It is normal text, with its numbers in digits; the doubt is whether one cannot be read.
 
         A stop alone is no literal: it must not be missed because somebody puts it in quotes.
         """
         literals: list[str] = []
 
         def mark(found: re.Match[str]) -> str:
-            literal = " ".join(found[1].split())
+            literal = " ".join(normal_text(found[1]).split())
             if not literal or self._stop.fullmatch(tidy(plain(literal))):
                 return f" {literal} "
             literals.append(literal)
             return f" {literal_mark(len(literals) - 1)} "
 
-        return _LITERAL.sub(mark, without_marks(line)), literals
+        require_length(line)
+        marked, unread = digits_of(_LITERAL.sub(mark, seen_text(without_marks(line))))
+        return normal_text(marked), literals, unread
 
     def _parse(self, line: str, literals: Sequence[str], *, bare: bool = False) -> Command | None:
         """The command in a line.
@@ -323,3 +362,19 @@ class Grammar:
             return commands
         kept = commands[:-1] if isinstance(commands[-1], WhereIs) else commands
         return [*kept, replace(command, goals=named)]
+
+
+def require_length(line: str) -> None:
+    """Raise a `SentenceTooLongError` for a line that is too long to be read."""
+    words = normal_text(line).split()
+    letters = sum(map(len, words)) + len(words) - 1
+    if len(words) > MOST_WORDS or letters > MOST_LETTERS:
+        raise SentenceTooLongError(
+            f"{len(words)} words, {letters} characters are too long for a sentence; say it in"
+            f" {MOST_WORDS} words and {MOST_LETTERS} characters, or in several sentences"
+        )
+
+
+def _readable(command: Command | None, unread: bool) -> Command | None:
+    """A command, unless it moves by a number that cannot be read: then it is asked back."""
+    return Decline(Reason.NUMBER) if unread and isinstance(command, Move) else command

@@ -154,7 +154,7 @@ def _word_regex(word: str, numbers: Sequence[str], units: Sequence[str]) -> str:
     if "{" not in slot:
         return f" {slot}"
     words = {
-        "numbers": "|".join([r"\d+(?:[.,]\d+)?", *map(re.escape, numbers)]),
+        "numbers": "|".join([r"-?\d+(?:[.,]\d+)?", *map(re.escape, numbers)]),
         "units": "|".join(map(re.escape, units)) or "(?!)",
     }
     for name, choice in words.items():

@@ -147,10 +147,14 @@ class StepReader:
         if kind == "forward":
             way = self._maker.amount(found)
             way = _WAY if way is None else way
+            if way < 0.0:
+                return Decline(Reason.BACKWARDS)
             within = 0.0 < way <= FARTHEST
             return Move((ShortMove(forward=way),)) if within else Decline(Reason.TOO_FAR)
         angle = self._maker.amount(found, _LEAST_ANGLE)
         turn = _TURN if angle is None else radians(angle)
+        if turn < 0.0:
+            return Decline(Reason.NUMBER)
         if not 0.0 < turn <= 2 * pi + 1e-9:
             return Decline(Reason.TOO_FAR)
         return Move((ShortMove(turn=turn if kind == "turn_left" else -turn),))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 from jellyfish import damerau_levenshtein_distance
@@ -20,8 +21,11 @@ _MOST_OPENINGS = 10
 """Openings, and as many closings, that are taken from a step."""
 _LONGEST_CLOSING = 40
 """Letters at the end of a step among which a closing is looked for."""
+_KEPT = 1024
+"""Lines whose steps are kept."""
 _LONG = 5
 """Letters of a word from which it is read also with one missing or too many."""
+_APOSTROPHE = re.compile("[\N{LEFT SINGLE QUOTATION MARK}\N{RIGHT SINGLE QUOTATION MARK}]")
 _WORD = re.compile(r"[^\W\d_]{3,}")
 
 
@@ -56,6 +60,7 @@ class StepSplitter:
         Raises:
             KeyError: it lacks something.
         """
+        self._steps = lru_cache(_KEPT)(self._cut)  # a sentence's clauses are cut over and over
         words = language["words"]
         self._and, self._then = words["and"][0], words["then"][0]
         self._forms = {
@@ -99,9 +104,8 @@ class StepSplitter:
         towards = either(words["towards"])
         among = [*words["directions"], *words["before_place"]]
         self._adverb = re.compile(rf"\b{words['adverb']}\b")
-        self._directions = re.compile(
-            rf"(?<= )(?:(?:{either(among)}|{words['adverb']}) )+(?=(?:{towards}) )"
-        )
+        self._directions = re.compile(rf" (?:{either(among)}|{words['adverb']})(?= )")
+        self._before_place = re.compile(rf" (?:{towards}) ")
         self._closing = re.compile(rf"{part('closings')}$")
         self._joining = re.compile(
             rf",\s*(?=(?:{either(words['subordinate'])})\b)"
@@ -169,14 +173,17 @@ class StepSplitter:
         """Whether words of a line say that something is to be done at once."""
         return self._at_once.search(plain(line)) is not None
 
-    def steps(self, polished: str) -> list[SentenceStep]:
+    def steps(self, polished: str) -> Sequence[SentenceStep]:
         """The steps of a polished line; none where it has too many of them."""
+        return self._steps(polished)
+
+    def _cut(self, polished: str) -> Sequence[SentenceStep]:
         in_order = reversed(self._sooner.split(polished))
         halves = (half for sooner in in_order for half in self._step.split(sooner))
         parts = [part for half in halves for part in self._list.split(half)]
         if len(parts) > MOST_STEPS:
-            return []
-        return [self._read(tidy(part).replace(", ", " ").strip(",")) for part in parts]
+            return ()
+        return tuple(self._read(tidy(part).replace(", ", " ").strip(",")) for part in parts)
 
     def _read(self, whole: str) -> SentenceStep:
         whole = whole.removesuffix(f" {self._and}")
@@ -200,7 +207,25 @@ class StepSplitter:
     def _in_usual_words(self, way: str) -> str:
         """The same with the usual verb, and without directions before the words for a place."""
         usual = self._synonym.sub(lambda found: self._synonyms[found[0]], way, count=1)
-        return tidy(self._adverb.sub("", self._directions.sub("", usual)))
+        return tidy(self._adverb.sub("", self._without_directions(usual)))
+
+    def _without_directions(self, way: str) -> str:
+        """The words without each row of directions before the words for a place.
+
+        A row is read to its end once; its last directions may be such words, too: "next to".
+        """
+        pieces, end, at = list[str](), 0, 0
+        while (first := self._directions.search(way, at)) is not None:
+            stops, at = [first.start()], first.end()
+            while (found := self._directions.match(way, at)) is not None:
+                stops.append(at)
+                at = found.end()
+            ends = reversed((*stops[1:], at))
+            stop = next((each for each in ends if self._before_place.match(way, each)), None)
+            if stop is not None:
+                pieces.append(way[end : first.start()])
+                end = stop
+        return "".join([*pieces, way[end:]])
 
     def _closings(self, words: str) -> list[str]:
         """The words without all that closes them, then with more and more of it."""
@@ -267,9 +292,10 @@ def either(words: Iterable[str]) -> str:
 
 def plain(line: str) -> str:
     """Small letters, digits, apostrophes and hyphens; commas where a sentence has a pause."""
-    line = line.casefold().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
+    line = _APOSTROPHE.sub("'", line.casefold())
+    line = re.sub(r"(?<!\w)'([^']*)'(?!\w)", r" \1 ", line)
     line = re.sub(r"\s[-\N{EN DASH}\N{EM DASH}]+\s|[-=]?>|[→\N{EM DASH}]", ", ", line)
-    line = re.sub(r"[,;:.!?…]+(?=\s|$)", ",", line)
+    line = re.sub(r"(?<![,;:.!?…])[,;:.!?…]++(?=\s|$)", ",", line)
     line = re.sub(r"([^\W\d_])\1{2,}", r"\1", line)  # "stoooop"
     return re.sub(r"[^\w',.-]+|(?<!\d)\.|\.(?!\d)", " ", line)
 

@@ -13,6 +13,7 @@ from mapping.map_bundle import load_grid
 from mapping.map_folder import MapUse, is_readable
 from mapping.map_header import HEADER, REMEDY
 from vizbot.core.errors import ConfigError, MapError
+from vizbot.core.normal_text import normal_text
 from vizbot.core.types import OccupancyGrid
 
 _NAME = re.compile(r"\w[\w -]{0,59}")
@@ -50,9 +51,22 @@ def find_map(given: Path) -> Path:
     folder, name = map_bundle.map_in(given), str(given)
     if is_readable(folder):
         return folder
-    if _NAME.fullmatch(name) and is_readable(saved := maps_folder() / name):
+    if _NAME.fullmatch(normal_text(name)) and is_readable(saved := _named(maps_folder(), name)):
         return saved
     raise MapError(f"no map at {given}: `vizbot map list` shows those saved by name, and {REMEDY}")
+
+
+def _named(folder: Path, name: str) -> Path:
+    """The map of a name, which need not be there: names that are written alike are the same.
+
+    A folder whose name is written in another way, as systems that decompose letters do, is found,
+    and keeps its name.
+    """
+    name = normal_text(name)
+    with suppress(OSError):
+        named = (each for each in folder.iterdir() if normal_text(each.name) == name)
+        return max(named, key=lambda each: each.name == name, default=folder / name)
+    return folder / name
 
 
 class SavedMaps:
@@ -72,23 +86,24 @@ class SavedMaps:
         Raises:
             ConfigError: the name cannot be one.
         """
-        if _NAME.fullmatch(name) is None:
+        if _NAME.fullmatch(normal_text(name)) is None:
             raise ConfigError(
                 f"{name!r} is no name for a map; use letters, digits, spaces and -, 60 at most"
             )
-        return self.folder / name
+        return _named(self.folder, name)
 
     def name_of(self, folder: Path) -> str | None:
         """The name of the saved map in a folder; None for a folder elsewhere."""
         folder = folder.absolute()
-        is_one = folder.parent == self.folder.absolute() and _NAME.fullmatch(folder.name)
-        return folder.name if is_one else None
+        name = normal_text(folder.name)
+        is_one = folder.parent == self.folder.absolute() and _NAME.fullmatch(name)
+        return name if is_one else None
 
     def maps(self) -> list[MapEntry]:
         """All of them, newest first."""
         found = []
         for header in self.folder.glob(f"*/{HEADER}"):
-            name = header.parent.name
+            name = normal_text(header.parent.name)
             with suppress(OSError):  # one that is just being replaced
                 if _NAME.fullmatch(name):
                     in_use = map_folder.is_in_use(header.parent)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from vizbot.core.errors import DeviceTimeoutError, VizbotError
 from vizbot.core.types import Feedback
 from vizbot.operator.client.endpoint import SPEECH
-from vizbot.operator.language.command import No, Yes
+from vizbot.operator.language.command import Command, No, Stop, Yes
 from vizbot.operator.language.dispatcher import Dispatcher, Reply
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.language.understanding import Understanding, understand
@@ -24,7 +24,7 @@ from vizbot.operator.voice.sound import read_sound
 _PATIENCE = 10.0
 """A recording waits this long for the recogniser while it is busy with another one [s]."""
 _MOST_WAITING = 2
-"""Recordings that wait while another one is listened to."""
+"""Recordings that wait while another one is listened to, and sentences while one is read."""
 _LONGEST = 30.0
 """The recogniser ignores what a recording says after this time [s]."""
 _DOUBT_HOLDS = 30.0
@@ -47,7 +47,7 @@ class _Doubt:
 
 
 class QueueFullError(VizbotError):
-    """Too many recordings wait to be listened to."""
+    """Too many recordings wait to be listened to, or sentences to be read."""
 
 
 class Dialogue:
@@ -79,10 +79,14 @@ class Dialogue:
         self._model = model
         self._queue = threading.BoundedSemaphore(1 + _MOST_WAITING)
         self._listening = threading.Lock()
+        self._sentences = threading.BoundedSemaphore(1 + _MOST_WAITING)
+        self._reading = threading.Lock()
         self._recogniser: Recogniser | None = None
 
     def typed(self, text: str, who: str, *, at_once: bool = False) -> Reply:
         """Do what a line of text asks for; a thing alone is a goal.
+
+        A stop of a few words is obeyed before the others that wait are read.
 
         Args:
             text: One line, not empty.
@@ -90,25 +94,44 @@ class Dialogue:
             at_once: What is running gives way, even where the text does not say so.
 
         Raises:
+            QueueFullError: two sentences wait already.
+            SentenceTooLongError: it is too long to be read.
             VizbotError: too much is asked for, or the robot is too busy to answer.
         """
-        stops, grammar = self._session.stops, self._language.grammar
+        stops = self._session.stops
+        if self._language.grammar.is_stop(text):
+            self._doubts.pop(who, None)
+            return self._dispatcher.obey(Stop(), who)
+        command, understood, urgent = self._read(text)
         doubt = self._doubts.pop(who, None)
-        command = grammar.typed(text)
         if isinstance(command, Yes | No) and doubt is not None and self._now() <= doubt.until:
             if isinstance(command, Yes) and doubt.meant is not None:
                 return self.typed(doubt.meant, who, at_once=doubt.at_once)
             return Reply((self._language.say("no_then"),))
-        if command is None:
+        if understood is None:
             return Reply((self._language.say("not_understood"),))
-        at_once = at_once or grammar.is_urgent(text)
-        understood = understand(
-            command,
-            self._language,
-            grammar.literals(text),
-            alone=grammar.heard(text) is None,
-        )
-        return self._done(understood, who, at_once, stops)
+        return self._done(understood, who, at_once or urgent, stops)
+
+    def _read(self, text: str) -> tuple[Command | None, Understanding | None, bool]:
+        """The command in a line, what it is understood as, and whether all else gives way to it.
+
+        One line is read at a time, and two may wait for their turn.
+        """
+        if not self._sentences.acquire(blocking=False):
+            raise QueueFullError(
+                f"{_MOST_WAITING} sentences wait already; say it again in a moment"
+            )
+        try:
+            with self._reading:
+                grammar = self._language.grammar
+                if (command := grammar.typed(text)) is None:
+                    return None, None, False
+                alone = grammar.heard(text) is None
+                literals = grammar.literals(text)
+                understood = understand(command, self._language, literals, alone=alone)
+                return command, understood, grammar.is_urgent(text)
+        finally:
+            self._sentences.release()
 
     def spoken(self, sound: bytes, who: str) -> Reply:
         """Do what somebody says.
