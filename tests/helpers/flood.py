@@ -42,6 +42,12 @@ _COSTLY = (  # what matches spaces over and over, if it matches them so
 )
 _SENTENCE = b"POST /said HTTP/1.1\r\nHost: localhost\r\n"
 _BODY = b"Content-Type: application/json\r\nContent-Length: 60000\r\n\r\n"
+_WORDS = b'{"text": "%s"}' % (b"next " * 795)
+_READ_WORDS = b'{"text": "%s"}' % (b"when you have time " * 30)
+_SENTENCES = tuple(
+    _SENTENCE + b"Content-Type: application/json\r\nContent-Length: %d\r\n\r\n" % len(body) + body
+    for body in (_WORDS, _READ_WORDS)
+)
 _UPGRADE = (
     b"GET /live?images=colour,map&rate=10 HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
     b"Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: %s\r\n\r\n"
@@ -68,6 +74,7 @@ KINDS = {
     "refused-stops": (lambda n: _NO_STOPS[n % len(_NO_STOPS)], b" "),
     "endless-stops": (lambda n: _STOP + b"A: " + 9000 * b"a", b"a"),
     "costly-lines": (lambda n: _COSTLY[n % len(_COSTLY)], b""),
+    "sentences": (lambda n: _SENTENCES[n % len(_SENTENCES)], b""),
     "silence": (lambda n: b"", b""),
     "websockets": (
         lambda n: _UPGRADE % base64.b64encode(os.urandom(16)),

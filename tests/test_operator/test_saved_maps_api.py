@@ -1,6 +1,7 @@
 """Saved maps over the network: listed, shown, renamed, deleted."""
 
 import time
+import unicodedata
 
 import cv2
 import httpx
@@ -13,6 +14,7 @@ from tests.helpers.bundles import assert_same, bundle_of, names_in
 from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.served import served
 from vizbot.core.types import OccupancyGrid
+from vizbot.operator.session.saved_maps import SavedMaps, find_map
 from vizbot.operator.session.session import OperatorSession
 
 TRICKS = ["..", "%2e%2e", "../home", ".hidden", "a/b", "a\\b", "\x00", "a" * 61, "-x", "", " "]
@@ -151,3 +153,16 @@ def test_beyond_this_machine_only_who_knows_the_token_deletes(maps, tmp_path, mo
         )
         assert foreign.status_code == 403 and names_in(maps) == ["home"]
         assert httpx.delete(f"{url}/maps/home", headers=known).status_code == 200
+
+
+def test_a_map_whose_folder_is_written_with_decomposed_letters_is_found_and_not_renamed(maps):
+    name, written = "B\u00fcro", unicodedata.normalize("NFD", "B\u00fcro")
+    map_bundle.save(bundle_of(1), maps / written)
+    saved = SavedMaps(maps)
+    assert [each.name for each in saved.maps() if each.name != "home"] == [name]
+    for asked in (name, written, "\uff22\u00fcro"):
+        assert saved.require(asked) == maps / written
+        assert saved.path(asked) == maps / written
+    assert find_map(type(maps)(name)) == maps / written
+    assert saved.name_of(maps / written) == name
+    assert sorted(each.name for each in maps.iterdir()) == sorted(["home", written])

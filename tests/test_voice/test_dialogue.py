@@ -486,3 +486,55 @@ def test_a_word_that_tells_no_thing_from_another_is_left_out_and_said(
     said = dialogue.Dialogue(session, LiveMap(session), language=language).typed(text, "ann").said
     assert language.lexicon.own("chair") in said[0] and word not in said[0]
     assert language.say("unread", word=word) in said
+
+
+def said(http, text):
+    return http.post("/said", json={"text": text, "who": "ann"})
+
+
+@pytest.mark.parametrize("text", ["next " * 795, "x" * 601, "sofa and " * 61])
+def test_a_sentence_that_is_too_long_is_refused_in_one_line(http, text):
+    refused = said(http, text)
+    assert refused.status_code == 422
+    assert "say it in 120 words and 600 characters" in refused.json()["detail"]
+
+
+@pytest.mark.parametrize(
+    "text", ["stop", "st\u200bop", "\uff53\uff54\uff4f\uff50", "stop" + "!" * 5000]
+)
+def test_a_stop_is_read_before_the_limit_and_before_all_that_wait(session, monkeypatch, text):
+    begun, go_on = threading.Event(), threading.Event()
+    sentences = dialogue.Dialogue(session, LiveMap(session))
+
+    def slow(*_, **__):
+        begun.set()
+        assert go_on.wait(DEADLINE)
+        raise ConfigError("read")
+
+    monkeypatch.setattr(dialogue, "understand", slow)
+
+    def ask():
+        with pytest.raises(ConfigError):
+            sentences.typed("sofa", "bob")
+
+    readers = [threading.Thread(target=ask) for _ in range(3)]
+    for reader in readers:
+        reader.start()
+    assert begun.wait(DEADLINE)
+    wait_for(lambda: not sentences._sentences._value)
+    with pytest.raises(dialogue.QueueFullError, match="2 sentences wait already"):
+        sentences.typed("bed", "ann")
+    assert sentences.typed(text, "ann").said
+    assert session.stopped.is_set()
+    go_on.set()
+    for reader in readers:
+        reader.join()
+
+
+def test_a_sentence_that_finds_no_place_to_wait_is_answered_with_429(http, monkeypatch):
+    def full(*_, **__):
+        raise dialogue.QueueFullError("2 sentences wait already; say it again in a moment")
+
+    monkeypatch.setattr(dialogue.Dialogue, "_read", full)
+    assert said(http, "go to the sofa").status_code == 429
+    assert said(http, "stop").status_code == 200

@@ -1,3 +1,4 @@
+# ruff: noqa: RUF001
 """Numbers as people write them: one reader, whatever the spelling."""
 
 from math import degrees, isclose

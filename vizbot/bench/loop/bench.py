@@ -17,6 +17,7 @@ from vizbot.bench.harness.fingerprint import commit, hardware
 from vizbot.bench.harness.reference_kernel import DESCRIPTION, reference_ms
 from vizbot.bench.harness.tables import markdown_table
 from vizbot.bench.loop.rehearsal import Rehearsal, rehearse, rival
+from vizbot.bench.loop.sentences import worst_sentence
 from vizbot.bench.loop.startup import measure_startup
 from vizbot.bench.loop.ticks import Ticks, TimedDrive, read_ticks
 from vizbot.bench.loop.tree import HERE, Tree, checked_out
@@ -100,6 +101,9 @@ def run_loop(bench: LoopBench) -> BenchResult:
             {"name": name, "processor_ms": _in_ms(wait.processor), "wall_ms": _in_ms(wait.wall)}
         )
     text.append(_table("Until an answer, a refusal, the first tick", rows[-len(waits) :]))
+    seconds, words = worst_sentence()
+    summary["sentence_ms"] = round(1000 * seconds, 1)
+    text.append(f"Slowest sentence: {words!r}, repeated, {1000 * seconds:.1f} ms of processor.")
     text.append(_table("Summary", [summary]))
     return BenchResult(NAME, rows, summary, "\n\n".join(text))
 

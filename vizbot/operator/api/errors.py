@@ -53,8 +53,8 @@ _REASONS = {
     404: "There is no such thing.",
     409: "The robot cannot do that now; the reason says what to change.",
     413: "The body is too large.",
-    422: "The request does not fit its model, or holds no sound that can be read.",
-    429: "Too many requests come from this address, or too many tasks or recordings wait.",
+    422: "The request does not fit its model, is too long, or holds no sound that can be read.",
+    429: "Too many requests come from this address, or too many things wait to be done or read.",
     503: "The robot is busy, ends, or has seen nothing yet; ask again.",
 }
 ANYWHERE = (401, 403, 429)

@@ -44,6 +44,8 @@ from vizbot.operator.language.wording import Wording
 
 _MOST_VERBS = 20
 """Verbs of a clause before which it may be cut."""
+_MOST_PAUSES = 8
+"""Pauses before and after the words that announce a correction."""
 _FEWEST_WORDS = 3
 """A shorter clause that nobody knows may be whom a line is meant for: "Anna, come back"."""
 
@@ -102,7 +104,8 @@ class ClauseReader:
             rf"(?P<question>{maker.part('questions')}{requests})|,?(?={requests})"
         )
         self._corrected = re.compile(
-            rf"(?:,?{pause})*,?(?P<marker>{marker})(?:,?(?:{marker}|{pause}))*,? (?=\S)"
+            rf"(?:,?{pause}){{0,{_MOST_PAUSES}}},?(?P<marker>{marker})"
+            rf"(?:,?(?:{marker}|{pause})){{0,{_MOST_PAUSES}}},? (?=\S)"
         )
         self._marker = re.compile(marker)
         self._correction = re.compile(rf"{marker}(?: |$)")

@@ -162,6 +162,10 @@ class Grammar:
             return GoTo((marked.strip(" .,;:!?"),))
         return command
 
+    def forget(self) -> None:
+        """Forget what was read before, as where reading is timed."""
+        self._splitter.forget()
+
     def literals(self, line: str) -> Sequence[str]:
         """The parts of a typed line that stand in quotes."""
         return self._without_literals(line)[1]

@@ -88,7 +88,7 @@ class StepSplitter:
         self._courteous = re.compile(rf".+ (?:{please})")
         self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
         twice = either([*words["articles"], *words["towards"], *words["courtesy"]])
-        self._stutter = re.compile(rf"\b({verbs}|{twice}|[^\W\d_]{{5,}})(?:,? \1\b)+")
+        self._stutter = re.compile(rf"\b({verbs}|{twice}|[^\W\d_]{{5,}})(?:,? \1\b)++")
         self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
         self._opening = re.compile(rf"^(?:{_courtesy(words)}|{part('openings')})(?= |$)")
         self._synonyms = {
@@ -176,6 +176,10 @@ class StepSplitter:
     def steps(self, polished: str) -> Sequence[SentenceStep]:
         """The steps of a polished line; none where it has too many of them."""
         return self._steps(polished)
+
+    def forget(self) -> None:
+        """Forget the lines whose steps are kept, as where reading is timed."""
+        self._steps.cache_clear()
 
     def _cut(self, polished: str) -> Sequence[SentenceStep]:
         in_order = reversed(self._sooner.split(polished))
