@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from mapping.clip.scores import LEAST_SPREAD
+from mapping.tensor_file import CODES
 from vizbot.core.camera_limits import LATEST_STAMP, MOST_PIXELS
 from vizbot.core.files import open_regular, parse_json
 
@@ -40,7 +41,6 @@ _UNIT_TOLERANCE = 0.01
 _MOST = {"keyframe": 100_000, "dimension": 16_384, "row": MOST_CELLS, "col": MOST_CELLS}
 _MOST_SPOTS = 1 << 24
 _LEAST = {"dimension": 1, "row": 1, "col": 1}
-_CODES = {"F32": np.float32, "F64": np.float64, "I32": np.int32, "U8": np.uint8, "U64": np.uint64}
 
 
 @dataclass(frozen=True, slots=True)
@@ -260,7 +260,7 @@ def _span(array: _Array, entry: Any, lengths: dict[str, int]) -> tuple[int, tupl
             pass
         case _:
             raise ValueError(f"{array.name} is not described")
-    if _CODES.get(code) is not array.dtype:
+    if CODES.get(code) is not array.dtype:
         raise ValueError(f"{array.name} is of another type")
     if any(type(n) is not int or n < 0 for n in shape):
         raise ValueError(f"{array.name} has another shape")

@@ -6,7 +6,6 @@ arrays). Points and frames are anchored to keyframes, whose poses alone give the
 
 from __future__ import annotations
 
-import hashlib
 import os
 import shutil
 from contextlib import suppress
@@ -16,7 +15,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import safetensors.numpy
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
@@ -57,6 +55,7 @@ from mapping.map_header import (
     read_header,
 )
 from mapping.older_places import place_rows_of
+from mapping.tensor_file import size_of, write_through
 from vizbot.core.errors import MapError
 from vizbot.core.files import require_folder
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
@@ -123,6 +122,8 @@ class MapBundle:
         )
 
 
+_NO_SHA256 = 64 * "0"
+"""Stands for a checksum that is not known before the arrays are written."""
 _GROUPS = {
     "keyframes": Keyframes,
     "views": KeyframeViews,
@@ -254,17 +255,18 @@ def save(bundle: MapBundle, folder: Path) -> None:
     require_map_folder(folder)
     folder = real_folder(folder)
     try:
-        header, tensors = _packed(bundle)
+        header, arrays = _packed(bundle)
     except ValueError as error:
         fault = fault_of(error) if isinstance(error, ValidationError) else str(error)
         raise MapError(
             f"the map {folder} is not saved, since it could not be loaded again ({fault}): look at"
             " the camera's calibration, depth and stamps, and begin a new map"
         ) from error
-    for written, most in ((tensors, MOST_BYTES), (header, MOST_HEADER_BYTES)):
-        if len(written) > most:
+    sizes = (header.tensors_size, MOST_BYTES), (len(header.content()), MOST_HEADER_BYTES)
+    for size, most in sizes:
+        if size > most:
             raise MapError(
-                f"the map {folder} is not saved, it has {len(written)} bytes, more than {most}:"
+                f"the map {folder} is not saved, it has {size} bytes, more than {most}:"
                 " begin a new map"
             )
     partial = folder.with_name(f".{folder.name}.partial")
@@ -272,8 +274,9 @@ def save(bundle: MapBundle, folder: Path) -> None:
     try:
         shutil.rmtree(partial, ignore_errors=True)
         partial.mkdir(parents=True)
-        _write_through(partial / TENSORS, tensors)
-        _write_through(partial / HEADER, header)
+        sha256 = write_through(partial / TENSORS, arrays)
+        header = header.model_copy(update={"tensors_sha256": sha256})
+        _write_through(partial / HEADER, header.content())
         sync_folder(partial)
         if folder.exists():
             shutil.rmtree(previous, ignore_errors=True)
@@ -371,8 +374,8 @@ def load_grid(folder: Path) -> OccupancyGrid:
     return OccupancyGrid(occupancy, header.grid_resolution, np.array(header.grid_origin), zones)
 
 
-def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
-    """Contents of `map.json` and of `map.safetensors`.
+def _packed(bundle: MapBundle) -> tuple[MapHeader, dict[str, NDArray[Any]]]:
+    """Contents of `map.json`, but for the checksum of the arrays, and of `map.safetensors`.
 
     Raises:
         ValueError: `load` would refuse them.
@@ -394,7 +397,6 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
     require_extent(
         bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
     )
-    tensors = safetensors.numpy.save(arrays)
     header = MapHeader(
         format=FORMAT,
         schema_version=SCHEMA_VERSION,
@@ -409,10 +411,10 @@ def _packed(bundle: MapBundle) -> tuple[bytes, bytes]:
         pictures_id=PICTURES_ID,
         keep_out=tuple(tuple(map(tuple, zone.tolist())) for zone in bundle.keep_out),
         counts=_counts(bundle),
-        tensors_size=len(tensors),
-        tensors_sha256=hashlib.sha256(tensors).hexdigest(),
+        tensors_size=size_of(arrays),
+        tensors_sha256=_NO_SHA256,
     )
-    return header.content(), tensors
+    return header, arrays
 
 
 def _statistics(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[np.float32] | None:

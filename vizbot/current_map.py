@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.map_bundle import MapBundle
+from mapping.map_snapshot import MapSnapshot
 from nav.look_around import LookAround
 from vizbot.behaviours.docking import HomePlaces
 from vizbot.behaviours.gyro_settling import GyroSettling
@@ -126,8 +127,8 @@ class CurrentMap:
         """The obstacle map with the zones that are forbidden."""
         return replace(self.perception.grid(), zones=self.keep_out)
 
-    def bundle(self) -> MapBundle | None:
-        """Everything worth saving; None before the first frame."""
+    def snapshot(self) -> MapSnapshot | None:
+        """Everything worth saving, as it is now; None before the first frame."""
         if self._perception is None:
             return None
-        return replace(self._perception.bundle(), keep_out=self.keep_out)
+        return replace(self._perception.snapshot(), keep_out=self.keep_out)

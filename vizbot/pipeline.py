@@ -14,6 +14,7 @@ from mapping.clip.belief import PlaceBelief
 from mapping.clip.mapper import ALL_PIXELS, NEAR_MEDIAN
 from mapping.clip.scores import Background, Query
 from mapping.map_bundle import MapBundle, require_encoder
+from mapping.map_snapshot import MapSnapshot
 from mapping.occupancy.depth_mapper import require_resolution
 from vizbot.behaviours.blind_motion import BlindMotion
 from vizbot.behaviours.docking import Docking
@@ -146,9 +147,20 @@ class Pipeline:
     def keep_out(self, zones: tuple[NDArray[np.float32], ...]) -> None:
         self.map.keep_out = zones
 
+    def snapshot(self) -> MapSnapshot | None:
+        """The present map as it is now, for threads beside the loop; None before the first frame.
+
+        It takes the same time however large the map is.
+        """
+        return self.map.snapshot()
+
     def bundle(self) -> MapBundle | None:
-        """Everything of the present map that is worth saving; None before the first frame."""
-        return self.map.bundle()
+        """Everything of the present map that is worth saving; None before the first frame.
+
+        It takes the longer the larger the map is: where the robot goes on, take a `snapshot`.
+        """
+        snapshot = self.snapshot()
+        return None if snapshot is None else snapshot.bundle()
 
     def goal(self, text: str) -> Goal:
         """The goal for these words, with the encoder's or the configured threshold."""

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from mapping.map_folder import is_readable
+from mapping.map_snapshot import MapSnapshot
 from mapping.tum import HEADING, pose_line, write_trajectory
 from vizbot.config import Config, write_config
 from vizbot.core.errors import ConfigError
@@ -109,7 +110,7 @@ class Recorder:
         self._verdicts: dict[GoalReport, bool] = {}
         self._judged: list[dict[str, object]] = []
         self._judged_before: dict[GoalReport, list[dict[str, object]]] = {}
-        self._bundle: Callable[[], MapBundle | None] | None = None
+        self._snapshot: Callable[[], MapSnapshot | None] | None = None
         self._clock: Clock | None = None
         self._saved_at: float | None = None
         self._saving: Pending[None] | None = None
@@ -137,12 +138,12 @@ class Recorder:
         new = self._commands[self._commands_written :]
         self._commands_file.add(self._rows(new))
         self._commands_written += len(new)
-        if self._bundle is not None:
-            self._keep_map(self._bundle, step.frame.stamp)
+        if self._snapshot is not None:
+            self._keep_map(self._snapshot, step.frame.stamp)
 
-    def keep_map(self, bundle: Callable[[], MapBundle | None], clock: Clock) -> None:
+    def keep_map(self, snapshot: Callable[[], MapSnapshot | None], clock: Clock) -> None:
         """Save the map every minute beside the run, so that a killed program loses no more."""
-        self._bundle, self._clock = bundle, clock
+        self._snapshot, self._clock = snapshot, clock
 
     def keep_commands(self, clock: Clock) -> Callable[[str, Twist], None]:
         """Record what the base is sent instead of what is decided in the steps.
@@ -197,20 +198,20 @@ class Recorder:
             "judged_on_the_way": self._judged_before[report],
         }
 
-    def _keep_map(self, bundle: Callable[[], MapBundle | None], stamp: float) -> None:
+    def _keep_map(self, snapshot: Callable[[], MapSnapshot | None], stamp: float) -> None:
         if self._saving is not None and not self._saving.ready():
             return
         if self._saved_at is None:
             self._saved_at = stamp
-        if stamp - self._saved_at < _SAVED_EVERY or (kept := bundle()) is None:
+        if stamp - self._saved_at < _SAVED_EVERY or (kept := snapshot()) is None:
             return
         assert self._clock is not None
         self._saved_at = stamp
         self._saving = self._clock.start(lambda: self._save(kept), 0.0)
 
-    def _save(self, bundle: MapBundle) -> None:
+    def _save(self, snapshot: MapSnapshot) -> None:
         try:
-            map_bundle.save(bundle, self.folder / "map")
+            map_bundle.save(snapshot.bundle(), self.folder / "map")
         except Exception as error:  # the next minute or the end tries again
             log.warning("the map of this minute is not kept: %s; the run goes on", error)
 

@@ -64,8 +64,9 @@ class Belief:
         """
         self._question, self._weights = question, weights
         self._room = room or len(question.rivals) > 0
-        self._scores = GrowingRows(np.zeros((0, 2), np.float32))
+        self._elements = 0
         self._evidence = GrowingRows(np.zeros(0, np.float32))
+        self._likeness = GrowingRows(np.zeros(0, np.float32))
         self._views = PlaceViews()
         self._moved = 0
         rivals = (Query(each, question.log_odds) for each in question.rivals)
@@ -88,19 +89,23 @@ class Belief:
             rows: The views of places; likewise.
             placed: Where those are now.
         """
-        known, weighed, weights = len(self._scores), len(self._evidence), self._weights
-        self._scores.add(self._question.scores(embeddings[known:], statistics[known:]))
-        scores, ranges = self._scores.rows, rows.ranges[weighed:]
+        weighed, weights = len(self._evidence), self._weights
+        patches, ranges = rows.elements[weighed:], rows.ranges[weighed:]
+        first = min(self._elements, int(patches.min(initial=self._elements)))
+        self._elements = len(embeddings)
+        scores = self._question.scores(embeddings[first:], statistics[first:])
+        patches = patches - first
         tail = self._question.tail(pictures)
-        found = features(scores, rows.elements[weighed:], ranges, rows.shares[weighed:], tail)
+        found = features(scores, patches, ranges, rows.shares[weighed:], tail)
         self._evidence.add(evidence(found, ranges, weights.near, weights.far))
+        self._likeness.add(scores[patches[:, 2], 1])
         if placed.moved != self._moved:
             self._moved, weighed = placed.moved, 0
             self._views.clear()
         self._views.add(
             placed.places[weighed:],
             self._evidence.rows[weighed:],
-            scores[rows.elements[weighed:, 2], 1],
+            self._likeness.rows[weighed:],
             rows.ranges[weighed:],
             rows.spots[weighed:].astype(np.int64),
             placed.cameras_xy[weighed:],
@@ -109,13 +114,7 @@ class Belief:
         others = [
             each.update(embeddings, statistics, pictures, rows, placed) for each in self._rivals
         ]
-        if not others:
-            return believed
-        rivals = [each.probabilities for each in others]
-        return replace(
-            believed,
-            probabilities=unless_another(believed.probabilities, believed.seen, rivals),
-        )
+        return against_rivals(believed, others)
 
     def _believed(self) -> PlaceBelief:
         views = self._views
@@ -123,6 +122,15 @@ class Belief:
         probabilities = np.where(views.seen, 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), 0.0)
         seen_from = views.seen_from.astype(np.float64)
         return PlaceBelief(views.low.copy(), probabilities, views.likeness, views.seen, seen_from)
+
+
+def against_rivals(believed: PlaceBelief, rivals: Sequence[PlaceBelief]) -> PlaceBelief:
+    """What is left of a belief beside those of what a place may be instead, of the same places."""
+    if not rivals:
+        return believed
+    others = [each.probabilities for each in rivals]
+    probabilities = unless_another(believed.probabilities, believed.seen, others)
+    return replace(believed, probabilities=probabilities)
 
 
 def unless_another(

@@ -1,21 +1,44 @@
-"""An array that grows by rows, where a row more costs the same however long the array is."""
+"""An array that grows by rows, and moves none of those that are there.
+
+Doubling an array copies it, for which a robot with a large map would stand still. So an array has
+addresses for far more rows than it holds. The system gives memory to those that were written to.
+"""
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+import math
+import mmap
+import resource
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 Number = TypeVar("Number", bound=np.generic)
+
+ROOM = 1 << 22
+"""Rows that have addresses, four times those of the largest map that is measured. What grows beyond
+them is copied."""
+_NO_RESERVE = 0x4000
+"""`MAP_NORESERVE` of mmap(2), which Python does not name: addresses count as no memory."""
+_STRICT = "2"
+"""As `vm.overcommit_memory`: the system counts addresses as memory whatever was asked for."""
 
 
 class GrowingRows(Generic[Number]):
     """Rows of numbers, with room for more."""
 
-    def __init__(self, first: NDArray[Number]) -> None:
-        """Begin with these rows (N, ...), which are never written to."""
-        self._rows, self._size = first, len(first)
+    def __init__(self, first: NDArray[Number], room: int = ROOM) -> None:
+        """Begin with a copy of these rows (N, ...), and addresses for `room` of them."""
+        self._room, self._size = room, len(first)
+        self._rows: NDArray[Number] = _with_room(
+            max(room, len(first)), len(first), first.shape[1:], first.dtype
+        )
+        self._rows[: self._size] = first
 
     def __len__(self) -> int:
         return self._size
@@ -28,10 +51,52 @@ class GrowingRows(Generic[Number]):
     def add(self, fresh: NDArray[Number]) -> None:
         """Add rows (M, ...)."""
         start, end = self._size, self._size + len(fresh)
-        if end > len(self._rows):
-            room = max(end, 2 * len(self._rows), 256)
-            grown = np.empty((room, *self._rows.shape[1:]), self._rows.dtype)
-            grown[:start] = self._rows[:start]
-            self._rows = grown
+        self._reach(end)
         self._rows[start:end] = fresh
         self._size = end
+
+    def add_same(self, value: object, count: int) -> None:
+        """Add `count` rows that all have one value."""
+        start, end = self._size, self._size + count
+        self._reach(end)
+        self._rows[start:end] = value
+        self._size = end
+
+    def with_changed(self, chosen: NDArray[np.integer], values: NDArray[Number]) -> Self:
+        """A copy whose `chosen` rows (M,) have other values (M, ...)."""
+        changed = type(self)(self.rows, self._room)
+        changed._rows[chosen] = values
+        return changed
+
+    def _reach(self, end: int) -> None:
+        """Have rows up to `end`."""
+        if end <= len(self._rows):
+            return
+        more = max(end, 2 * len(self._rows), 256)
+        grown: NDArray[Number] = _with_room(more, more, self._rows.shape[1:], self._rows.dtype)
+        grown[: self._size] = self.rows
+        self._rows = grown
+
+
+def _with_room(room: int, least: int, shape: Sequence[int], dtype: DTypeLike) -> NDArray[Any]:
+    """An array of `room` rows; where the system gives no mere addresses, of `least`."""
+    row = np.dtype(dtype).itemsize * math.prod(shape)
+    if row and _has_addresses():
+        with suppress(OSError, OverflowError):
+            flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | _NO_RESERVE
+            memory = mmap.mmap(-1, room * row, flags=flags)
+            with suppress(OSError):  # a kernel without huge pages, of which each is 2 MB at once
+                memory.madvise(mmap.MADV_NOHUGEPAGE)
+            return np.frombuffer(memory, dtype).reshape(room, *shape)
+    return np.empty((least, *shape), dtype)
+
+
+@cache
+def _has_addresses() -> bool:
+    """Whether addresses cost nothing here: nobody limits them or counts them as memory."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    try:
+        policy = Path("/proc/sys/vm/overcommit_memory").read_text().strip()
+    except OSError:
+        policy = ""
+    return limit == resource.RLIM_INFINITY and policy != _STRICT

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from mapping.clip.config import ClipMapperConfig
+from mapping.clip.growing_rows import GrowingRows
 from mapping.keyframes.anchors import points_in_map
 from vizbot.core.camera_limits import FARTHEST_DEPTH
 from vizbot.core.geometry import transform
@@ -203,11 +204,15 @@ class ClipMap:
 
     def __init__(self, dimension: int, saved: ClipElements | None = None) -> None:
         """Start empty, for embeddings of length `dimension`, or with a saved map's elements."""
-        self._size = 0 if saved is None else len(saved.keyframes)
-        self._rows = _rows(0, dimension) if saved is None else saved
+        first = _no_rows(dimension) if saved is None else saved
+        self._embeddings = GrowingRows(first.embeddings)
+        self._points_keyframe = GrowingRows(first.points_keyframe)
+        self._keyframes = GrowingRows(first.keyframes)
+        self._frames = GrowingRows(first.frames)
+        self._boxes = GrowingRows(first.boxes)
 
     def __len__(self) -> int:
-        return self._size
+        return len(self._boxes)
 
     def add(
         self, keyframe: int, T_keyframe_cam: SE3, elements: FrameElements, frame_index: int
@@ -220,60 +225,49 @@ class ClipMap:
             elements: Of the frame.
             frame_index: Of the frame in the run.
         """
-        start, end = self._size, self._size + len(elements.points_cam)
-        if end > len(self._rows.keyframes):
-            self._grow(max(end, 2 * len(self._rows.keyframes), 256))
-        self._rows.embeddings[start:end] = elements.embeddings
-        self._rows.points_keyframe[start:end] = transform(T_keyframe_cam, elements.points_cam)
-        self._rows.keyframes[start:end] = keyframe
-        self._rows.frames[start:end] = frame_index
-        self._rows.boxes[start:end] = elements.boxes
-        self._size = end
+        count = len(elements.points_cam)
+        self._embeddings.add(elements.embeddings)
+        self._points_keyframe.add(transform(T_keyframe_cam, elements.points_cam))
+        self._keyframes.add_same(keyframe, count)
+        self._frames.add_same(frame_index, count)
+        self._boxes.add(elements.boxes)
 
     @property
     def elements(self) -> ClipElements:
         """All rows, as views that later additions do not change."""
-        size = self._size
-        rows = self._rows
         return ClipElements(
-            rows.embeddings[:size],
-            rows.points_keyframe[:size],
-            rows.keyframes[:size],
-            rows.frames[:size],
-            rows.boxes[:size],
+            self.embeddings,
+            self.points_keyframe,
+            self.keyframes,
+            self._frames.rows,
+            self._boxes.rows,
         )
 
     @property
     def embeddings(self) -> NDArray[np.float32]:
         """(N, D) float32, unit rows."""
-        return self._rows.embeddings[: self._size]
+        return self._embeddings.rows
 
     @property
     def keyframes(self) -> NDArray[np.int32]:
         """(N,) ids of the keyframes the elements are anchored to."""
-        return self._rows.keyframes[: self._size]
+        return self._keyframes.rows
 
     @property
     def points_keyframe(self) -> NDArray[np.float64]:
         """(N, 3) points in the cameras of those keyframes [m]."""
-        return self._rows.points_keyframe[: self._size]
+        return self._points_keyframe.rows
 
     def points_map(self, keyframe_poses: Mapping[int, SE3]) -> NDArray[np.float64]:
         """(N, 3) points in `map` [m] by the newest T_map_cam of the keyframes (equation 3)."""
         return points_in_map(self.points_keyframe, self.keyframes, keyframe_poses)
 
-    def _grow(self, capacity: int) -> None:
-        grown = _rows(capacity, self._rows.embeddings.shape[1])
-        for field in fields(ClipElements):
-            getattr(grown, field.name)[: self._size] = getattr(self._rows, field.name)[: self._size]
-        self._rows = grown
 
-
-def _rows(count: int, dimension: int) -> ClipElements:
+def _no_rows(dimension: int) -> ClipElements:
     return ClipElements(
-        np.empty((count, dimension), np.float32),
-        np.empty((count, 3)),
-        np.empty(count, np.int32),
-        np.empty(count, np.int32),
-        np.empty((count, 4), np.int32),
+        np.empty((0, dimension), np.float32),
+        np.empty((0, 3)),
+        np.empty(0, np.int32),
+        np.empty(0, np.int32),
+        np.empty((0, 4), np.int32),
     )

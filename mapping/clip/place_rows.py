@@ -74,24 +74,23 @@ class PlaceMap:
         Of those the camera is taken to have stood where that of the keyframe did.
         """
         self._moved = 0
-        self._rows = _rows(0) if saved is None else saved
-        self._size = len(self._rows)
-        self._cameras_keyframe = GrowingRows(np.zeros((self._size, 3), np.float32))
+        first = _no_rows() if saved is None else saved
+        self._columns = [GrowingRows(getattr(first, field.name)) for field in fields(PlaceRows)]
+        self._cameras_keyframe = GrowingRows(np.zeros((len(first), 3), np.float32))
         self._cameras_xy = GrowingRows(np.zeros((0, 2), np.float32))
         self._places = GrowingRows(np.zeros((0, 2), np.int64))
         self._poses: dict[int, SE3] = {}
         self._spots: dict[tuple[int, int], int] = {}
         self._views: set[tuple[int, int]] = set()
-        self._first_spot = int(self._rows.spots.max(initial=-1)) + 1
+        self._first_spot = int(first.spots.max(initial=-1)) + 1
 
     def __len__(self) -> int:
-        return self._size
+        return len(self._cameras_keyframe)
 
     @property
     def rows(self) -> PlaceRows:
         """All rows, as views that later additions do not change."""
-        columns = (getattr(self._rows, field.name)[: self._size] for field in fields(PlaceRows))
-        return PlaceRows(*columns)
+        return PlaceRows(*(column.rows for column in self._columns))
 
     def is_new_view(self, T_map_cam: SE3) -> bool:
         """Whether a picture from here is the first from this spot with this heading."""
@@ -118,20 +117,16 @@ class PlaceMap:
             return
         view = self._view(T_map_cam)
         self._views.add(view)
-        start, end = self._size, self._size + len(footprint.shares)
-        if end > len(self._rows):
-            self._grow(max(end, 2 * len(self._rows), 1024))
+        count = len(footprint.shares)
         offsets = transform(T_map_cam, footprint.points_cam)[:, :2] - T_map_cam[:2, 3]
-        rows = self._rows
-        rows.points_keyframe[start:end] = transform(T_keyframe_cam, footprint.points_cam)
-        rows.keyframes[start:end] = keyframe
-        rows.elements[start:end] = footprint.patches.astype(np.int32) + first_element
-        rows.ranges[start:end] = np.linalg.norm(offsets, axis=1)
-        rows.shares[start:end] = footprint.shares
-        rows.spots[start:end] = view[0]
-        camera = T_keyframe_cam[:3, 3].astype(np.float32)
-        self._cameras_keyframe.add(np.tile(camera, (end - start, 1)))
-        self._size = end
+        points, keyframes, elements, ranges, shares, spots = self._columns
+        points.add(transform(T_keyframe_cam, footprint.points_cam))
+        keyframes.add_same(keyframe, count)
+        elements.add(footprint.patches.astype(np.int32) + first_element)
+        ranges.add(np.linalg.norm(offsets, axis=1))
+        shares.add(footprint.shares)
+        spots.add_same(view[0], count)
+        self._cameras_keyframe.add_same(T_keyframe_cam[:3, 3].astype(np.float32), count)
 
     def placed(self, keyframe_poses: Mapping[int, SE3]) -> PlacedRows:
         """Where the rows are now.
@@ -148,12 +143,12 @@ class PlaceMap:
         ]
         if again:
             moved = np.flatnonzero(np.isin(rows.keyframes[:known], again))
-            now, cameras_xy = self._places.rows.copy(), self._cameras_xy.rows.copy()
-            now[moved] = _cells(rows, moved, keyframe_poses)
-            cameras_xy[moved] = self._cameras(moved, keyframe_poses)
-            if not np.array_equal(now, self._places.rows):
+            cells = _cells(rows, moved, keyframe_poses)
+            if not np.array_equal(cells, self._places.rows[moved]):
                 self._moved += 1
-            self._places, self._cameras_xy = GrowingRows(now), GrowingRows(cameras_xy)
+                self._places = self._places.with_changed(moved, cells)
+            cameras_xy = self._cameras(moved, keyframe_poses)
+            self._cameras_xy = self._cameras_xy.with_changed(moved, cameras_xy)
         fresh = np.arange(known, len(rows))
         self._places.add(_cells(rows, fresh, keyframe_poses))
         self._cameras_xy.add(self._cameras(fresh, keyframe_poses))
@@ -165,7 +160,7 @@ class PlaceMap:
         self, chosen: NDArray[np.int64], keyframe_poses: Mapping[int, SE3]
     ) -> NDArray[np.float32]:
         """Where the camera of each of the chosen rows (M,) stood (M, 2), in `map` [m]."""
-        cameras, keyframes = self._cameras_keyframe.rows[chosen], self._rows.keyframes[chosen]
+        cameras, keyframes = self._cameras_keyframe.rows[chosen], self.rows.keyframes[chosen]
         return points_in_map(cameras, keyframes, keyframe_poses)[:, :2].astype(np.float32)
 
     def _view(self, T_map_cam: SE3) -> tuple[int, int]:
@@ -176,12 +171,6 @@ class PlaceMap:
         turn = round(float(heading) / (2 * np.pi / HEADINGS)) % HEADINGS
         return self._spots.setdefault((column, row), number), turn
 
-    def _grow(self, capacity: int) -> None:
-        grown = _rows(capacity)
-        for field in fields(PlaceRows):
-            getattr(grown, field.name)[: self._size] = getattr(self._rows, field.name)[: self._size]
-        self._rows = grown
-
 
 def _cells(
     rows: PlaceRows, chosen: NDArray[np.int64], keyframe_poses: Mapping[int, SE3]
@@ -191,12 +180,12 @@ def _cells(
     return np.floor(points[:, :2] / PLACE).astype(np.int64)
 
 
-def _rows(count: int) -> PlaceRows:
+def _no_rows() -> PlaceRows:
     return PlaceRows(
-        np.empty((count, 3), np.float32),
-        np.empty(count, np.int32),
-        np.empty((count, 3), np.int32),
-        np.empty(count, np.float32),
-        np.empty(count, np.float32),
-        np.empty(count, np.int32),
+        np.empty((0, 3), np.float32),
+        np.empty(0, np.int32),
+        np.empty((0, 3), np.int32),
+        np.empty(0, np.float32),
+        np.empty(0, np.float32),
+        np.empty(0, np.int32),
     )

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipElements
 from mapping.keyframes.anchors import points_in_map, poses_in_map
-from vizbot.core.types import SE3, PoseEstimate
+from vizbot.core.types import SE3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,39 +46,42 @@ class Placement:
 
     def __init__(self) -> None:
         """Begin without elements."""
-        self._size = 0
-        self._rows = _rows(0)
+        self._points = GrowingRows(np.zeros((0, 3)))
+        self._seen_from = GrowingRows(np.zeros((0, 2)))
         self._blocks: list[_Block] = []
         self._poses: dict[int, SE3] = {}
 
     def place(
         self,
         elements: ClipElements,
-        estimates: Sequence[PoseEstimate],
+        Ts_keyframe_cam: NDArray[np.float64],
         keyframe_poses: Mapping[int, SE3],
     ) -> PlacedElements:
         """Where the elements are now.
 
         Args:
             elements: Those of the previous call, with others behind them.
-            estimates: Of all frames of the map; `elements.frames` are indices of it.
+            Ts_keyframe_cam: (F, 4, 4) of all frames of the map, each in its keyframe's camera;
+                `elements.frames` are indices of it.
             keyframe_poses: T_map_cam of every keyframe.
 
         Raises:
             KeyError: a keyframe that is referred to has no pose.
         """
         moved = self._moved(keyframe_poses)
-        known, size = len(self._blocks), len(elements.keyframes)
-        self._blocks += _blocks(elements, self._size)
-        again = (
-            [block for block in self._blocks[:known] if block.keyframe in moved] if moved else []
-        )
-        self._make_room(size, copy=bool(again))
-        self._size = size
-        for blocks in (again, self._blocks[known:]):
-            self._compute(blocks, elements, estimates, keyframe_poses)
-        rows = self._rows
-        return PlacedElements(rows.points[:size], rows.seen_from[:size])
+        again = [block for block in self._blocks if block.keyframe in moved] if moved else []
+        if again:
+            rows, points, seen_from = _placed(again, elements, Ts_keyframe_cam, keyframe_poses)
+            self._points = self._points.with_changed(rows, points)
+            self._seen_from = self._seen_from.with_changed(rows, seen_from)
+        fresh = _blocks(elements, len(self._points))
+        if fresh:
+            _, points, seen_from = _placed(fresh, elements, Ts_keyframe_cam, keyframe_poses)
+            self._points.add(points)
+            self._seen_from.add(seen_from)
+        self._blocks += fresh
+        self._poses |= {block.keyframe: keyframe_poses[block.keyframe] for block in again + fresh}
+        return PlacedElements(self._points.rows, self._seen_from.rows)
 
     def _moved(self, keyframe_poses: Mapping[int, SE3]) -> set[int]:
         """Keyframes with elements whose pose has changed since the last call."""
@@ -88,40 +92,23 @@ class Placement:
                 moved.add(keyframe)
         return moved
 
-    def _make_room(self, size: int, *, copy: bool) -> None:
-        """Have rows for `size` elements; `copy` where given ones would change."""
-        capacity = len(self._rows.points)
-        if size > capacity:
-            capacity, copy = max(size, 2 * capacity, 256), True
-        if copy:
-            rows = _rows(capacity)
-            for field in fields(PlacedElements):
-                getattr(rows, field.name)[: self._size] = getattr(self._rows, field.name)[
-                    : self._size
-                ]
-            self._rows = rows
 
-    def _compute(
-        self,
-        blocks: Sequence[_Block],
-        elements: ClipElements,
-        estimates: Sequence[PoseEstimate],
-        keyframe_poses: Mapping[int, SE3],
-    ) -> None:
-        if not blocks:
-            return
-        self._poses |= {block.keyframe: keyframe_poses[block.keyframe] for block in blocks}
-        rows = np.concatenate([np.arange(block.start, block.end) for block in blocks])
-        self._rows.points[rows] = points_in_map(
-            elements.points_keyframe[rows], elements.keyframes[rows], keyframe_poses
-        )
-        cameras = poses_in_map(
-            np.array([estimates[block.frame].T_keyframe_cam for block in blocks]),
-            np.array([block.keyframe for block in blocks], np.int32),
-            keyframe_poses,
-        )
-        counts = [block.end - block.start for block in blocks]
-        self._rows.seen_from[rows] = np.repeat(cameras[:, :2, 3], counts, axis=0)
+def _placed(
+    blocks: Sequence[_Block],
+    elements: ClipElements,
+    Ts_keyframe_cam: NDArray[np.float64],
+    keyframe_poses: Mapping[int, SE3],
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """The rows (M,) of some blocks, their points (M, 3) and where they were seen from (M, 2)."""
+    rows = np.concatenate([np.arange(block.start, block.end) for block in blocks])
+    points = points_in_map(elements.points_keyframe[rows], elements.keyframes[rows], keyframe_poses)
+    cameras = poses_in_map(
+        Ts_keyframe_cam[[block.frame for block in blocks]],
+        np.array([block.keyframe for block in blocks], np.int32),
+        keyframe_poses,
+    )
+    counts = [block.end - block.start for block in blocks]
+    return rows, points, np.repeat(cameras[:, :2, 3], counts, axis=0)
 
 
 def _blocks(elements: ClipElements, start: int) -> list[_Block]:
@@ -136,7 +123,3 @@ def _blocks(elements: ClipElements, start: int) -> list[_Block]:
         _Block(start + first, start + end, int(keyframes[first]), int(frames[first]))
         for first, end in zip(starts.tolist(), ends.tolist(), strict=True)
     ]
-
-
-def _rows(count: int) -> PlacedElements:
-    return PlacedElements(np.empty((count, 3)), np.empty((count, 2)))

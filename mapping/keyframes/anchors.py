@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.types import SE3, PoseEstimate, Tracking
+from vizbot.core.types import SE3
+
+if TYPE_CHECKING:  # its module loads OpenCV
+    from mapping.odometry.features import Features
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,11 +30,8 @@ class Keyframes:
     Ts_map_cam: NDArray[np.float64]
 
     @classmethod
-    def from_estimates(
-        cls, keyframe_poses: Mapping[int, SE3], estimates: Iterable[PoseEstimate]
-    ) -> Keyframes:
-        """Join the poses of all keyframes with their stamps, from the estimates of a run."""
-        stamps = {e.keyframe: e.stamp for e in estimates if e.is_keyframe}
+    def of(cls, keyframe_poses: Mapping[int, SE3], stamps: Mapping[int, float]) -> Keyframes:
+        """All keyframes that have a pose, with the stamps [s] of their frames."""
         ids = sorted(keyframe_poses)
         return cls(
             np.array(ids, np.int32),
@@ -69,6 +70,20 @@ class KeyframeViews:
             np.zeros(0, np.int32),
         )
 
+    @classmethod
+    def of(cls, features: Mapping[int, Features]) -> KeyframeViews:
+        """Join the corners of keyframes."""
+        ids = sorted(features)
+        if not ids:
+            return cls.empty()
+        shown = [features[keyframe] for keyframe in ids]
+        return cls(
+            np.concatenate([each.pixels for each in shown]).astype(np.float32),
+            np.concatenate([each.descriptors for each in shown]),
+            np.concatenate([each.points for each in shown]).astype(np.float32),
+            np.repeat(ids, [len(each) for each in shown]).astype(np.int32),
+        )
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cloud:
@@ -85,25 +100,9 @@ class Cloud:
     keyframes: NDArray[np.int32]
 
     @classmethod
-    def from_parts(
-        cls, parts: Sequence[tuple[int, NDArray[np.float32], NDArray[np.uint8]]]
-    ) -> Cloud:
-        """Join parts: keyframe id, points (n, 3) in its camera [m], rgb (n, 3) uint8."""
-        return cls(
-            np.concatenate([np.zeros((0, 3), np.float32)] + [points for _, points, _ in parts]),
-            np.concatenate([np.zeros((0, 3), np.uint8)] + [rgb for _, _, rgb in parts]),
-            np.repeat([i for i, _, _ in parts], [len(p) for _, p, _ in parts]).astype(np.int32),
-        )
-
-    def parts(self) -> list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]]:
-        """Split the cloud into the parts that `from_parts` joins."""
-        cuts = np.flatnonzero(np.diff(self.keyframes)) + 1
-        columns = (np.split(c, cuts) for c in (self.keyframes, self.points_keyframe, self.rgb))
-        return [
-            (int(ids[0]), points, rgb)
-            for ids, points, rgb in zip(*columns, strict=True)
-            if len(ids)
-        ]
+    def empty(cls) -> Cloud:
+        """A cloud without points."""
+        return cls(np.zeros((0, 3), np.float32), np.zeros((0, 3), np.uint8), np.zeros(0, np.int32))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -123,33 +122,17 @@ class Trajectory:
     Ts_keyframe_cam: NDArray[np.float64]
 
     @classmethod
-    def from_estimates(cls, estimates: Sequence[PoseEstimate]) -> Trajectory:
-        """Collect the estimates of a run."""
-        return cls(
-            np.array([e.stamp for e in estimates], np.float64),
-            np.array([e.T_map_cam for e in estimates], np.float64).reshape(-1, 4, 4),
-            np.array([e.keyframe for e in estimates], np.int32),
-            np.array([e.T_keyframe_cam for e in estimates], np.float64).reshape(-1, 4, 4),
-        )
+    def empty(cls) -> Trajectory:
+        """The trajectory of no frame."""
+        return cls(np.zeros(0), np.zeros((0, 4, 4)), np.zeros(0, np.int32), np.zeros((0, 4, 4)))
 
-    def estimates(self, keyframes: Keyframes, before: float) -> list[PoseEstimate]:
-        """The estimates of the run that made `keyframes`, with stamps shifted to before a time [s].
+    def late(self, before: float) -> float:
+        """How much earlier [s] the frames have to be taken for them all to be before a time [s].
 
         Clocks start anew with the robot, but what a saved map holds must be older than what the
         robot sees.
         """
-        late = max(float(self.stamps.max(initial=-np.inf)) - before + 1.0, 0.0)
-        made_at = dict(zip(keyframes.ids.tolist(), keyframes.stamps.tolist(), strict=True))
-        return [
-            PoseEstimate(
-                stamp - late, T_map_cam, keyframe, T_keyframe_cam, made_at[keyframe] == stamp,
-                Tracking.TRACKING,
-            )
-            for stamp, T_map_cam, keyframe, T_keyframe_cam in zip(
-                self.stamps.tolist(), self.Ts_map_cam, self.keyframes.tolist(),
-                self.Ts_keyframe_cam, strict=True,
-            )
-        ]  # fmt: skip
+        return max(float(self.stamps.max(initial=-np.inf)) - before + 1.0, 0.0)
 
 
 _ROWS = 1 << 16

@@ -113,18 +113,9 @@ class KeyframeMap:
         self._recent.clear()
         self.poses = self._graph.update()
 
-    def views(self) -> KeyframeViews:
-        """What all keyframes show."""
-        ids = sorted(self._keyframes)
-        if not ids:
-            return KeyframeViews.empty()
-        shown = [self._keyframes[keyframe].features for keyframe in ids]
-        return KeyframeViews(
-            np.concatenate([features.pixels for features in shown]).astype(np.float32),
-            np.concatenate([features.descriptors for features in shown]),
-            np.concatenate([features.points for features in shown]).astype(np.float32),
-            np.repeat(ids, [len(features) for features in shown]).astype(np.int32),
-        )
+    def features(self) -> dict[int, Features]:
+        """What every keyframe shows, by its id; it stays so when the map goes on."""
+        return {keyframe: each.features for keyframe, each in self._keyframes.items()}
 
     def insert(
         self,

@@ -96,9 +96,9 @@ class Slam:
         """T_map_cam of every keyframe by its id, after the latest update of the graph."""
         return dict(self._map.poses)
 
-    def views(self) -> KeyframeViews:
-        """What the keyframes show, to be saved with their poses."""
-        return self._map.views()
+    def features(self) -> dict[int, Features]:
+        """What every keyframe shows, by its id, to be saved with their poses."""
+        return self._map.features()
 
     def start_in_map(self, keyframes: Keyframes, views: KeyframeViews) -> None:
         """Start, before the first frame, in a saved map: lost until a place is recognised.

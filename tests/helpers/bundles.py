@@ -10,9 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.place_rows import PlaceRows
-from mapping.keyframes.anchors import Cloud, Keyframes, KeyframeViews, Trajectory
+from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.map_bundle import MapBundle, save
 from vizbot.core.types import Intrinsics, OccupancyGrid, PoseEstimate, Tracking
+from vizbot.perception.run_record import RunRecord
 
 GROUPS = ("keyframes", "views", "elements", "places", "cloud", "trajectory")
 
@@ -37,7 +38,7 @@ def random_pose(rng):
 def bundle_of(seed=0, frames=6, model_id="embedded"):
     """A run whose every third frame is a keyframe, and whose graph moved after it."""
     rng = np.random.default_rng(seed)
-    estimates, clip_map, cloud = [], ClipMap(4), []
+    estimates, clip_map, record = [], ClipMap(4), RunRecord()
     for frame in range(frames):
         keyframe, is_keyframe = frame // 3 * 2, frame % 3 == 0
         T_keyframe_cam = np.eye(4) if is_keyframe else random_pose(rng)
@@ -61,7 +62,9 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         clip_map.add(keyframe, T_keyframe_cam, elements, frame)
         if is_keyframe:
             points = rng.normal(size=(7, 3)).astype(np.float32)
-            cloud.append((keyframe, points, rng.integers(0, 256, (7, 3), np.uint8)))
+            record.add_points(keyframe, points, rng.integers(0, 256, (7, 3), np.uint8))
+    for estimate in estimates:
+        record.add(estimate)
     poses = {e.keyframe: random_pose(rng) for e in estimates}
     drawn = np.random.default_rng([seed, frames])
     count = len(clip_map)
@@ -69,7 +72,7 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         model_id=model_id,
         intrinsics=Intrinsics(640, 480, 600.5, 601.25, 320.0, 239.5),
         T_base_cam=random_pose(rng),
-        keyframes=Keyframes.from_estimates(poses, estimates),
+        keyframes=Keyframes.of(poses, record.keyframe_stamps),
         views=KeyframeViews(
             rng.uniform(0, 640, (2 * len(poses), 2)).astype(np.float32),
             rng.integers(0, 2**63, (2 * len(poses), 4)).astype(np.uint64),
@@ -82,8 +85,8 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         grid=OccupancyGrid(
             rng.uniform(0, 1, (9, 13)).astype(np.float32).T, 0.05, np.array([-1.25, 0.3])
         ),
-        cloud=Cloud.from_parts(cloud),
-        trajectory=Trajectory.from_estimates(estimates),
+        cloud=record.cloud,
+        trajectory=record.trajectory,
         pictures=unit_rows(drawn, 3),
         keep_out=tuple(rng.uniform(-9, 9, (k, 2)).astype(np.float32) for k in (3, 5)),
     )

@@ -24,6 +24,11 @@ def estimate(rng, keyframe):
     return PoseEstimate(0.0, T, keyframe, T, False, Tracking.TRACKING)
 
 
+def in_keyframes(estimates):
+    """Ts_keyframe_cam of frames."""
+    return np.array([each.T_keyframe_cam for each in estimates]).reshape(-1, 4, 4)
+
+
 def expected(elements, estimates, poses):
     """Everything computed at once, as in the map of one call."""
     frames, frame_of = np.unique(elements.frames, return_inverse=True)
@@ -55,7 +60,7 @@ def test_elements_are_where_a_whole_computation_puts_them(seed, events):
         else:
             moving = range(4) if event == "move all" else [int(rng.integers(4))]
             poses = poses | {keyframe: planar(*rng.normal(size=3)) for keyframe in moving}
-        placed = placement.place(clip_map.elements, estimates, poses)
+        placed = placement.place(clip_map.elements, in_keyframes(estimates), poses)
         for now, whole in zip(
             (placed.points, placed.seen_from),
             expected(clip_map.elements, estimates, poses),
@@ -69,10 +74,10 @@ def test_arrays_that_were_given_out_do_not_change():
     clip_map, placement, estimates = ClipMap(4), Placement(), [estimate(rng, 0), estimate(rng, 1)]
     clip_map.add(0, estimates[0].T_keyframe_cam, frame_elements(rng, 3), 0)
     poses = {0: np.eye(4), 1: np.eye(4)}
-    early = placement.place(clip_map.elements, estimates, poses)
+    early = placement.place(clip_map.elements, in_keyframes(estimates), poses)
     kept = early.points.copy(), early.seen_from.copy()
     clip_map.add(1, estimates[1].T_keyframe_cam, frame_elements(rng, 4, 224), 1)
-    placement.place(clip_map.elements, estimates, poses | {0: planar(1.0, 2.0, 0.5)})
+    placement.place(clip_map.elements, in_keyframes(estimates), poses | {0: planar(1.0, 2.0, 0.5)})
     for now, before in zip((early.points, early.seen_from), kept, strict=True):
         np.testing.assert_array_equal(now, before)
 
@@ -92,10 +97,10 @@ def test_only_what_is_new_or_moved_is_computed(monkeypatch):
 
     monkeypatch.setattr("mapping.clip.placement.points_in_map", counting)
     for now in (poses, {k: T.copy() for k, T in poses.items()}, poses | {2: planar(1.0, 0.0, 0.0)}):
-        placement.place(clip_map.elements, estimates, now)
+        placement.place(clip_map.elements, in_keyframes(estimates), now)
     estimates.append(estimate(rng, 3))
     clip_map.add(3, estimates[-1].T_keyframe_cam, frame_elements(rng, 7), 20)
-    placement.place(clip_map.elements, estimates, now)
+    placement.place(clip_map.elements, in_keyframes(estimates), now)
     assert computed == [200, 50, 7]
 
 
@@ -104,4 +109,4 @@ def test_an_element_whose_keyframe_has_no_pose_is_an_error():
     clip_map, estimates = ClipMap(4), [estimate(rng, 5)]
     clip_map.add(5, estimates[0].T_keyframe_cam, frame_elements(rng, 2), 0)
     with pytest.raises(KeyError):
-        Placement().place(clip_map.elements, estimates, {4: np.eye(4)})
+        Placement().place(clip_map.elements, in_keyframes(estimates), {4: np.eye(4)})

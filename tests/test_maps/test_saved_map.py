@@ -8,7 +8,7 @@ import pytest
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import NO_PICTURES
-from mapping.keyframes.anchors import Cloud, Keyframes
+from mapping.keyframes.anchors import Keyframes
 from mapping.map_bundle import MapBundle, load, save, with_background
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.depth_mapper import DepthMapper
@@ -21,6 +21,7 @@ from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert, planar, rotation_angle
 from vizbot.core.types import OccupancyGrid, Tracking
 from vizbot.perception.perception import Perception
+from vizbot.perception.run_record import RunRecord
 from vizbot.pipeline import Pipeline
 
 CONFIG = DepthMapperConfig()
@@ -83,21 +84,13 @@ def test_elements_are_added_to_those_that_are_kept():
 def test_a_kept_run_is_older_than_the_one_that_goes_on():
     bundle = bundle_of(1, frames=9)
     for began, late in ((0.0, 1.8), (100.0, 0.0)):
-        estimates = bundle.trajectory.estimates(bundle.keyframes, before=began)
-        stamps = [estimate.stamp for estimate in estimates]
+        record = RunRecord.going_on(bundle.trajectory, bundle.cloud, bundle.keyframes, before=began)
+        stamps = record.trajectory.stamps
         np.testing.assert_allclose(stamps, bundle.trajectory.stamps - late)
         assert stamps[-1] < began
-        again = Keyframes.from_estimates(bundle.keyframes.poses(), estimates)
+        again = Keyframes.of(bundle.keyframes.poses(), record.keyframe_stamps)
         np.testing.assert_array_equal(again.ids, bundle.keyframes.ids)
         np.testing.assert_allclose(again.stamps, bundle.keyframes.stamps - late)
-
-
-def test_a_cloud_is_what_its_parts_make():
-    for cloud in (bundle_of(2, frames=9).cloud, Cloud.from_parts([])):
-        again = Cloud.from_parts(cloud.parts())
-        np.testing.assert_array_equal(again.points_keyframe, cloud.points_keyframe)
-        np.testing.assert_array_equal(again.rgb, cloud.rgb)
-        np.testing.assert_array_equal(again.keyframes, cloud.keyframes)
 
 
 def test_a_map_of_another_encoder_is_refused_before_anything_is_read():

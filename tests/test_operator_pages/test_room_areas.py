@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mapping.clip.belief import PlaceBelief
+from vizbot.operator.session.household import HouseholdBeliefs
 from vizbot.operator.session.room_areas import RoomAreas, room_areas
 
 
@@ -58,7 +59,7 @@ def test_the_name_stands_on_a_place_of_the_room():
 @pytest.mark.parametrize(("number", "seconds", "asked"), [(0, 9.0, 1), (0, 10.0, 2), (1, 1.0, 2)])
 def test_an_answer_serves_everybody_for_a_while_but_not_on_another_map(number, seconds, asked):
     times, maps, reads = iter([100.0, 100.0 + seconds]), iter([0, number]), []
-    areas = RoomAreas(lambda: next(times))
+    areas = RoomAreas(HouseholdBeliefs(), lambda: next(times))
 
     def whole():
         reads.append(True)

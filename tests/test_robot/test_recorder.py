@@ -29,6 +29,16 @@ def step(stamp):
     )
 
 
+class Snapshot:
+    """Of a map that does not change."""
+
+    def __init__(self, bundle):
+        self._bundle = bundle
+
+    def bundle(self):
+        return self._bundle
+
+
 @pytest.fixture
 def recorder(tmp_path):
     return Recorder(tmp_path / "run", Config())
@@ -39,7 +49,7 @@ def test_the_map_of_every_minute_is_kept(recorder):
 
     def now():
         asked.append(1)
-        return bundle_of()
+        return Snapshot(bundle_of())
 
     recorder.keep_map(now, SimulatedClock())
     kept = []
@@ -62,7 +72,7 @@ def test_a_map_that_cannot_be_saved_costs_a_line_and_not_the_run(
     def full(*_):
         raise error
 
-    recorder.keep_map(bundle_of, SimulatedClock())
+    recorder.keep_map(lambda: Snapshot(bundle_of()), SimulatedClock())
     monkeypatch.setattr(vizbot.recorder.map_bundle, "save", full)
     for stamp in (0.0, 61.0, 62.0):
         recorder.on_step(step(stamp))
@@ -76,7 +86,7 @@ def test_a_map_that_could_not_be_loaded_never_takes_the_place_of_an_older_one(re
     good = bundle_of()
     bad = replace(good, intrinsics=replace(good.intrinsics, fx=1e30))
     bundles = iter([good, bad])
-    recorder.keep_map(lambda: next(bundles), SimulatedClock())
+    recorder.keep_map(lambda: Snapshot(next(bundles)), SimulatedClock())
     for stamp in (0.0, 61.0, 122.0, 123.0):
         recorder.on_step(step(stamp))
     metrics, lost = recorder.finish(lambda: bad, {"success": True})

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mapping.keyframes.anchors import Keyframes
+from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.relocalisation.config import LocalMapConfig, RelocalisationConfig
 from mapping.relocalisation.local_map import LocalMap
@@ -58,7 +58,8 @@ def resumed(
     again = Slam(CAMERA, T_BASE_CAM, config or SlamConfig(), around)
     ids = np.array(sorted(poses), np.int32)
     again.start_in_map(
-        Keyframes(ids, np.zeros(len(ids)), np.array([poses[i] for i in ids])), slam.views()
+        Keyframes(ids, np.zeros(len(ids)), np.array([poses[i] for i in ids])),
+        KeyframeViews.of(slam.features()),
     )
     return again
 

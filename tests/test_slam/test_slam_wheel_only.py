@@ -150,4 +150,4 @@ def test_a_saved_map_without_keyframes_is_refused() -> None:
 
 
 def test_before_the_first_frame_nothing_is_shown() -> None:
-    assert len(Slam(CAMERA, T_BASE_CAM, SlamConfig()).views().keyframes) == 0
+    assert Slam(CAMERA, T_BASE_CAM, SlamConfig()).features() == {}

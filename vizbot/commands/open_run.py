@@ -192,7 +192,7 @@ def open_run(
             served.session.begun_in = plan.map_folder
             observers.append(served.session)
         pipeline = Pipeline(devices, encoder, config, observers, parts, plan.saved_map)
-        recorder.keep_map(pipeline.bundle, rig.devices.clock)
+        recorder.keep_map(pipeline.snapshot, rig.devices.clock)
         yield OpenRun(config, rig, pipeline, recorder, report, notice, served, scorer, began)
 
 

@@ -44,6 +44,8 @@ LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
+_MOST_BELIEFS = 64
+"""Goals whose beliefs are kept."""
 _ON_SPOT = 0.25
 """Distance from a spot at which the robot stands on it [m]."""
 
@@ -112,13 +114,19 @@ class BeliefSearch:
     def belief_of(self, goal: Goal, question: Query) -> Belief:
         """The belief for a goal, which outlives the search for it.
 
+        The goal that was asked for least recently is forgotten where there are too many.
+
         Args:
             goal: What is looked for.
             question: The same with the log odds of the encoder.
         """
-        if goal.text not in self._beliefs:
-            self._beliefs[goal.text] = Belief(question, fitted_weights(self._parts.weights))
-        return self._beliefs[goal.text]
+        belief = self._beliefs.pop(goal.text, None)
+        if belief is None:
+            belief = Belief(question, fitted_weights(self._parts.weights))
+        self._beliefs[goal.text] = belief  # the last one, as it was asked for last
+        if len(self._beliefs) > _MOST_BELIEFS:
+            del self._beliefs[next(iter(self._beliefs))]
+        return belief
 
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""

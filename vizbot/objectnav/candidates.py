@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mapping.clip.belief import PlaceBelief
 from mapping.clip.footprint import PLACE
+from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.likeliest_places import likeliest_places
 from mapping.clip.retrieval import similarities
 from mapping.clip.scores import Query
@@ -87,7 +88,7 @@ class RunningScores:
 
     def __init__(self) -> None:
         self._goal: Goal | None = None
-        self._scores = np.zeros(0, np.float32)
+        self._scores = GrowingRows(np.zeros(0, np.float32))
 
     def similarities_to(self, goal: Goal, embeddings: NDArray[np.float32]) -> NDArray[np.float32]:
         """Similarities (N,) to a goal.
@@ -97,7 +98,7 @@ class RunningScores:
             embeddings: (N, D) unit; they begin with those of the previous call.
         """
         if goal is not self._goal:
-            self._goal, self._scores = goal, np.zeros(0, np.float32)
+            self._goal, self._scores = goal, GrowingRows(np.zeros(0, np.float32))
         fresh = embeddings[len(self._scores) :]
-        self._scores = np.concatenate([self._scores, similarities(fresh, goal.embedding)])
-        return self._scores
+        self._scores.add(similarities(fresh, goal.embedding))
+        return self._scores.rows

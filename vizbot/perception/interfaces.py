@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mapping.clip.mapper import NEAR_MEDIAN
 from mapping.clip.scores import Background
-from mapping.keyframes.anchors import KeyframeViews
+from mapping.odometry.features import Features
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame
 
 
@@ -35,8 +35,8 @@ class PoseEstimator(Protocol):
         """Pairs of keyframes between which a loop is closed."""
         ...
 
-    def views(self) -> KeyframeViews:
-        """What the keyframes show, to be saved with their poses."""
+    def features(self) -> dict[int, Features]:
+        """What every keyframe shows, by its id, to be saved with their poses; not changed later."""
         ...
 
 

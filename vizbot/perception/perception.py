@@ -18,8 +18,8 @@ from mapping.clip.mapper import ClipMap, FrameElements, embed_frame
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import PlacedElements, Placement
 from mapping.clip.scores import NO_PICTURES, NO_STATISTICS, Background
-from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory
 from mapping.map_bundle import MapBundle
+from mapping.map_snapshot import MapSnapshot
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.slam import Slam
@@ -37,6 +37,7 @@ from vizbot.core.types import (
 )
 from vizbot.perception.frame_selection import shows_more, shows_something
 from vizbot.perception.interfaces import PerceptionParts
+from vizbot.perception.run_record import RunRecord
 from vizbot.perception.sightings import Sightings
 
 if TYPE_CHECKING:  # its module loads torch
@@ -131,13 +132,11 @@ class Perception:
         self._clock = clock
         self._config = config
         self._intrinsics = first.intrinsics
-        self._estimates: list[PoseEstimate] = []
-        self._cloud: list[tuple[int, NDArray[np.float32], NDArray[np.uint8]]] = []
+        self._record = RunRecord()
         if saved_map is not None:
-            self._estimates += saved_map.trajectory.estimates(
-                saved_map.keyframes, before=first.stamp
+            self._record = RunRecord.going_on(
+                saved_map.trajectory, saved_map.cloud, saved_map.keyframes, before=first.stamp
             )
-            self._cloud += saved_map.cloud.parts()
         self._embedding: tuple[int, PoseEstimate, Pending[_Embedded]] | None = None
         self._T_map_embedded: SE3 | None = None
         self._encoder_fails = False
@@ -156,11 +155,11 @@ class Perception:
             lifted: Whether the robot hangs in the air.
         """
         with holding_interrupts():
-            if lifted and self._estimates:
+            if lifted and len(self._record):
                 estimate = self.slam.lift(frame.stamp)
             else:
                 estimate = self.slam.track(frame, T_odom_base)
-            self._estimates.append(estimate)
+            self._record.add(estimate)
             if estimate.tracking is not Tracking.LOST:
                 self.depth_mapper.integrate(
                     estimate.keyframe,
@@ -177,7 +176,7 @@ class Perception:
     @property
     def frame(self) -> int:
         """Index of the newest frame."""
-        return len(self._estimates) - 1
+        return len(self._record) - 1
 
     def finish(self) -> None:
         """Wait for the embedding that is still under way."""
@@ -217,27 +216,31 @@ class Perception:
 
     def _placed(self) -> PlacedElements:
         return self._placement.place(
-            self.clip_map.elements, self._estimates, self.slam.keyframe_poses()
+            self.clip_map.elements, self._record.Ts_keyframe_cam, self.slam.keyframe_poses()
         )
 
-    def bundle(self) -> MapBundle:
-        """Everything worth saving."""
-        keyframe_poses = self.slam.keyframe_poses()
-        return MapBundle(
+    def snapshot(self) -> MapSnapshot:
+        """Everything worth saving, as it is now; it takes the same time however much there is."""
+        return MapSnapshot(
             model_id=self._encoder.model_id,
             intrinsics=self._intrinsics,
             T_base_cam=self.T_base_cam,
-            keyframes=Keyframes.from_estimates(keyframe_poses, self._estimates),
-            views=self.slam.views(),
+            keyframe_poses=self.slam.keyframe_poses(),
+            keyframe_stamps=self._record.keyframe_stamps,
+            features=self.slam.features(),
             elements=self.clip_map.elements,
             statistics=self.statistics,
             pictures=self.pictures,
             places=self.places.rows,
             grid=self.grid(),
-            cloud=Cloud.from_parts(self._cloud),
-            trajectory=Trajectory.from_estimates(self._estimates),
+            cloud=self._record.cloud,
+            trajectory=self._record.trajectory,
             notice=self._encoder.notice,
         )
+
+    def bundle(self) -> MapBundle:
+        """Everything worth saving, joined here and now."""
+        return self.snapshot().bundle()
 
     def embed(self, frame: RGBDFrame, estimate: PoseEstimate, *, standing: bool = False) -> None:
         """Work the newest frame into the CLIP map, if its place is known and the encoder is free.
@@ -266,7 +269,7 @@ class Perception:
             lambda: self._embedded_of(frame, T_map_cam if is_new else None),
             self._config.embedding_latency,
         )
-        self._embedding = (len(self._estimates) - 1, estimate, pending)
+        self._embedding = (len(self._record) - 1, estimate, pending)
         self._collect()
 
     def _embedded_of(self, frame: RGBDFrame, T_map_new: SE3 | None) -> _Embedded:
@@ -321,7 +324,7 @@ class Perception:
         points = back_project(frame.depth, frame.intrinsics)[::stride, ::stride].reshape(-1, 3)
         rgb = frame.rgb[::stride, ::stride].reshape(-1, 3)
         near = (points[:, 2] > 0.0) & (points[:, 2] < self._config.cloud_range)
-        self._cloud.append((keyframe, points[near], rgb[near]))
+        self._record.add_points(keyframe, points[near], rgb[near])
 
     def base_of(self, estimate: PoseEstimate) -> SE3:
         """T_map_base at an estimate."""

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.reading import Reading
-from mapping.keyframes.anchors import KeyframeViews
 from mapping.keyframes.config import KeyframeConfig
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.depth_mapper import DepthMapper
+from mapping.odometry.features import Features
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.realsense.config import DepthNoiseConfig
 from sim_stubs.scoring.goals import GOALS
@@ -122,9 +122,9 @@ class TruePose:
         """No loop closures: the poses are true."""
         return []
 
-    def views(self) -> KeyframeViews:
-        """No views: this estimator recognises no place."""
-        return KeyframeViews.empty()
+    def features(self) -> dict[int, Features]:
+        """None: this estimator recognises no place."""
+        return {}
 
     def _is_far(self, T_map_cam: SE3) -> bool:
         T_keyframe_cam = invert(self._Ts_map_keyframe[-1]) @ T_map_cam

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mapping import map_bundle
 from mapping.clip.reading import Reading
-from mapping.keyframes.anchors import KeyframeViews
+from mapping.odometry.features import Features
 from sim_stubs.faults.catalogue import FaultSchedule
 from sim_stubs.faults.faulty_program import full_disk
 from vizbot.core.errors import MapError
@@ -55,9 +55,9 @@ class WheelPoses:
         """No loop closures."""
         return []
 
-    def views(self) -> KeyframeViews:
-        """No views: this estimator recognises no place."""
-        return KeyframeViews.empty()
+    def features(self) -> dict[int, Features]:
+        """None: this estimator recognises no place."""
+        return {}
 
     def _here(self) -> SE3:
         return self._T_base_cam if self._T_map_cam is None else self._T_map_cam

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.keyframes.anchors import Keyframes
+from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.slam import Slam
 from sim_stubs.homes.geometry.occupancy_slice import reachable
@@ -78,7 +78,10 @@ def random_starts(
     """
     ids = sorted(saved.keyframe_poses())
     poses = np.array([saved.keyframe_poses()[i] for i in ids])
-    keyframes, views = Keyframes(np.array(ids, np.int32), np.zeros(len(ids)), poses), saved.views()
+    keyframes, views = (
+        Keyframes(np.array(ids, np.int32), np.zeros(len(ids)), poses),
+        KeyframeViews.of(saved.features()),
+    )
     mount, settings = config.mount.T_base_cam, config.perception
     results = []
     error = CalibrationError.drawn(Episode(home, ()))

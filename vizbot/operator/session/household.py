@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import Belief, PlaceBelief
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.belief import Belief, PlaceBelief, against_rivals
+from mapping.clip.place_rows import PlacedRows, PlaceMap
+from mapping.clip.scores import Query
 from mapping.clip.weights import fitted_weights
 from mapping.map_bundle import MapBundle
 from vizbot.operator.session.vocabulary import HOUSEHOLD
@@ -20,17 +21,22 @@ from vizbot.pipeline import Pipeline
 class HouseholdBeliefs:
     """Beliefs for words of the household, which follow a growing map.
 
-    Its methods may be called from several threads.
+    There is one for each word, and one for each thing that a room may be instead, whoever asks and
+    however often. Its methods may be called from several threads; they work in the one that calls.
     """
 
-    def __init__(self, words: Sequence[str] | None = None) -> None:
-        """Begin without a map; all words of the household by default."""
-        self._words = words
+    def __init__(self) -> None:
+        """Begin without a map."""
         self._lock = threading.Lock()
         self._map = -1
-        self._beliefs: dict[str, Belief] = {}
+        self._questions: dict[str, Query] = {}
+        self._beliefs: dict[tuple[bytes, bool], Belief] = {}
         self._places: NDArray[np.int64] = np.zeros((0, 2), np.int64)
         self._moved = 0
+
+    def __len__(self) -> int:
+        """Number of beliefs that are kept."""
+        return len(self._beliefs)
 
     def found(self, bundle: MapBundle, number: int, pipeline: Pipeline) -> list[str]:
         """The words that some place of the map answers, in alphabetical order.
@@ -43,7 +49,7 @@ class HouseholdBeliefs:
         with self._lock:
             best = {
                 text: float(belief.probabilities.max(initial=0.0))
-                for text, belief in self._updated(bundle, number, pipeline).items()
+                for text, belief in self._updated(HOUSEHOLD, bundle, number, pipeline)
             }
         least = pipeline.config.objectnav.found
         return sorted(text for text, probability in best.items() if probability > least)
@@ -56,52 +62,64 @@ class HouseholdBeliefs:
             number: Counts the maps of the run.
             pipeline: Embeds the words, and says how probable a place has to be.
         """
+        best: dict[str, float] = {}
+        frames = bundle.elements.frames[bundle.places.elements[:, 0]]
+        newest = frames == frames.max(initial=-1)
         with self._lock:
-            beliefs = self._updated(bundle, number, pipeline)
-            frames = bundle.elements.frames[bundle.places.elements[:, 0]]
-            shown = self._places[frames == frames.max(initial=-1)]
-            best = {
-                text: float(belief.probabilities[tuple((shown - belief.low).T[::-1])].max())
-                for text, belief in beliefs.items()
-                if len(shown)
-            }
+            for text, belief in self._updated(HOUSEHOLD, bundle, number, pipeline):
+                shown = (self._places[newest] - belief.low).T[::-1]
+                best[text] = float(belief.probabilities[tuple(shown)].max(initial=0.0))
         least = pipeline.config.objectnav.found
         likely = [text for text, probability in best.items() if probability > least]
         return sorted(likely, key=lambda text: -best[text])
 
     def believed(
-        self, bundle: MapBundle, number: int, pipeline: Pipeline
+        self, words: Sequence[str], bundle: MapBundle, number: int, pipeline: Pipeline
     ) -> dict[str, PlaceBelief]:
         """What is believed for each word, all of the same places; arguments as for `found`."""
         with self._lock:
-            return self._updated(bundle, number, pipeline)
+            return dict(self._updated(words, bundle, number, pipeline))
 
     def _updated(
-        self, bundle: MapBundle, number: int, pipeline: Pipeline
-    ) -> dict[str, PlaceBelief]:
-        """What is believed now, for each word."""
-        assert bundle.statistics is not None
+        self, words: Sequence[str], bundle: MapBundle, number: int, pipeline: Pipeline
+    ) -> Iterator[tuple[str, PlaceBelief]]:
+        """Each word with what is believed of it now."""
         placed = PlaceMap(bundle.places).placed(bundle.keyframes.poses())
         places, known = placed.places, len(self._places)
         if number != self._map or len(places) < known:
-            self._map, self._beliefs = number, _begun(self._words, pipeline)
+            self._map, self._questions, self._beliefs = number, {}, {}
         elif not np.array_equal(places[:known], self._places):
             self._moved += 1
         self._places = places
-        return {
-            text: belief.update(
-                bundle.elements.embeddings,
-                bundle.statistics,
-                bundle.pictures,
-                bundle.places,
-                replace(placed, moved=self._moved),
-            )
-            for text, belief in self._beliefs.items()
-        }
+        placed = replace(placed, moved=self._moved)
+        rooms: dict[bytes, PlaceBelief] = {}
 
+        def of_room(
+            embedding: NDArray[np.float32], log_odds: tuple[float, float] | None
+        ) -> PlaceBelief:
+            key = embedding.tobytes()
+            if key not in rooms:
+                rooms[key] = self._follow(Query(embedding, log_odds), bundle, placed, room=True)
+            return rooms[key]
 
-def _begun(words: Sequence[str] | None, pipeline: Pipeline) -> dict[str, Belief]:
-    """Beliefs of an empty map."""
-    texts = sorted(HOUSEHOLD if words is None else words)
-    questions = {text: pipeline.question(pipeline.goal(text)) for text in texts}
-    return {text: Belief(each, fitted_weights()) for text, each in questions.items()}
+        for text in sorted(words):
+            if text not in self._questions:
+                self._questions[text] = pipeline.question(pipeline.goal(text))
+            asked = self._questions[text]
+            if len(asked.rivals) == 0:
+                yield text, self._follow(asked, bundle, placed, room=False)
+            else:
+                own = of_room(asked.embedding, asked.log_odds)
+                rivals = [of_room(each, asked.log_odds) for each in asked.rivals]
+                yield text, against_rivals(own, rivals)
+
+    def _follow(
+        self, asked: Query, bundle: MapBundle, placed: PlacedRows, *, room: bool
+    ) -> PlaceBelief:
+        """What is believed now of a question by itself."""
+        key = asked.embedding.tobytes(), room
+        belief = self._beliefs.setdefault(key, Belief(asked, fitted_weights(), room=room))
+        assert bundle.statistics is not None
+        return belief.update(
+            bundle.elements.embeddings, bundle.statistics, bundle.pictures, bundle.places, placed
+        )

@@ -1,6 +1,7 @@
 """The map of a running robot: asked, limited by zones, saved, exchanged for a saved one.
 
-Its methods wait for the robot's loop; call them from threads that may wait.
+Its methods wait for the robot's loop, which gives them a snapshot and goes on; they save and answer
+in the thread that asks. Call them from threads that may wait.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from mapping.map_folder import MapUse
+from mapping.map_snapshot import MapSnapshot
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
@@ -55,7 +57,7 @@ class LiveMap:
         self._session = session
         self.saved = SavedMaps(folder)
         self._household = HouseholdBeliefs()
-        self._rooms = RoomAreas()
+        self._rooms = RoomAreas(self._household)
         self._saving = threading.Lock()
         self._used: MapUse | None = None
         self._unsaved: int | None = None  # map of the run that somebody was told cannot be saved
@@ -205,9 +207,10 @@ class LiveMap:
             DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         path = self.saved.path(name)
-        bundle = self._session.jobs.wait_for(lambda pipeline: pipeline.bundle())
-        if bundle is None:
+        snapshot = self._session.jobs.wait_for(lambda pipeline: pipeline.snapshot())
+        if snapshot is None:
             raise MapError("the robot has no map yet; ask again when it has seen something")
+        bundle = snapshot.bundle()
         with self._saving:
             if path.exists() and not replace:
                 raise ConfigError(f"there is a map {name!r} already; replace it or name another")
@@ -235,10 +238,10 @@ class LiveMap:
             map_bundle.require_growable(self.saved.path(name))
             saved = map_bundle.load(self.saved.path(name))
 
-        def leave(pipeline: Pipeline) -> tuple[MapBundle | None, int]:
+        def leave(pipeline: Pipeline) -> tuple[MapSnapshot | None, int]:
             self._require_idle()
             pipeline.require_usable(saved)
-            return pipeline.bundle(), pipeline.map.number
+            return pipeline.snapshot(), pipeline.map.number
 
         def begin(pipeline: Pipeline) -> None:
             self._require_idle()
@@ -248,8 +251,8 @@ class LiveMap:
             self._session.log.write("map", f"{begun}; keep-out zones: {len(pipeline.keep_out)}")
 
         (left, number), left_as = self._session.jobs.wait_for(leave), None
-        if left is not None and (len(left.keyframes.ids) > 1 or left.keep_out):
-            left_as = self._keep_left(left, number)
+        if left is not None and (len(left.keyframe_poses) > 1 or left.keep_out):
+            left_as = self._keep_left(left.bundle(), number)
         self._session.jobs.wait_for(begin)
         with self._saving:
             self._use(name)
@@ -291,15 +294,15 @@ class LiveMap:
 
     def _asked(self, text: str) -> tuple[Goal, MapBundle | None, Pipeline]:
         """The goal for a text, the map as it is now, and what answers questions about it."""
-        return self._session.jobs.wait_for(
-            lambda pipeline: (pipeline.goal(text), pipeline.bundle(), pipeline)
-        )
+        bundle, _, pipeline = self._whole()
+        return pipeline.goal(text), bundle, pipeline
 
     def _whole(self) -> tuple[MapBundle | None, int, Pipeline]:
         """The map as it is now, which map of the run it is, and what answers questions about it."""
-        return self._session.jobs.wait_for(
-            lambda pipeline: (pipeline.bundle(), pipeline.map.number, pipeline)
+        snapshot, number, pipeline = self._session.jobs.wait_for(
+            lambda pipeline: (pipeline.snapshot(), pipeline.map.number, pipeline)
         )
+        return None if snapshot is None else snapshot.bundle(), number, pipeline
 
     def _change_zones(self, pipeline: Pipeline, zones: tuple[NDArray[np.float32], ...]) -> int:
         """Within a job of the loop, so that the log has the changes in their order."""

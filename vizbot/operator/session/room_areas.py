@@ -43,15 +43,18 @@ class RoomArea:
 class RoomAreas:
     """The rooms on a growing map; it may be asked by several threads."""
 
-    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, household: HouseholdBeliefs, now: Callable[[], float] = time.monotonic
+    ) -> None:
         """Begin without a map.
 
         Args:
+            household: What the map tells of rooms.
             now: Time of the wall clock [s].
         """
         self._now = now
         self._lock = threading.Lock()
-        self._beliefs = HouseholdBeliefs(tuple(ROOMS))
+        self._household = household
         self._found: list[RoomArea] = []
         self._found_at, self._map = 0.0, -1
 
@@ -70,7 +73,7 @@ class RoomAreas:
                 bundle, self._map, pipeline = whole()
                 self._found = []
                 if bundle is not None:
-                    beliefs = self._beliefs.believed(bundle, self._map, pipeline)
+                    beliefs = self._household.believed(tuple(ROOMS), bundle, self._map, pipeline)
                     self._found = room_areas(beliefs, pipeline.config.objectnav.found)
                 self._found_at = now
             return self._found

@@ -1,0 +1,67 @@
+"""A moment of a growing map: taken by the robot's loop at once, joined to a map beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.mapper import ClipElements
+from mapping.clip.place_rows import PlaceRows
+from mapping.keyframes.anchors import Cloud, Keyframes, KeyframeViews, Trajectory
+from mapping.map_bundle import MapBundle
+from mapping.odometry.features import Features
+from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MapSnapshot:
+    """What a map is at one moment, whatever becomes of it later.
+
+    Attributes that `MapBundle` has mean the same here.
+
+    Attributes:
+        keyframe_poses: T_map_cam of every keyframe by its id.
+        keyframe_stamps: When their frames were taken [s].
+        features: What every keyframe shows.
+    """
+
+    model_id: str
+    intrinsics: Intrinsics
+    T_base_cam: SE3
+    keyframe_poses: Mapping[int, SE3]
+    keyframe_stamps: Mapping[int, float]
+    features: Mapping[int, Features]
+    elements: ClipElements
+    statistics: NDArray[np.float32]
+    pictures: NDArray[np.float32]
+    places: PlaceRows
+    grid: OccupancyGrid
+    cloud: Cloud
+    trajectory: Trajectory
+    notice: str | None
+    keep_out: tuple[NDArray[np.float32], ...] = ()
+    created: datetime = field(default_factory=lambda: datetime.now(UTC))
+
+    def bundle(self) -> MapBundle:
+        """Everything worth saving. Joining takes long on a large map: keep it out of the loop."""
+        return MapBundle(
+            model_id=self.model_id,
+            intrinsics=self.intrinsics,
+            T_base_cam=self.T_base_cam,
+            keyframes=Keyframes.of(self.keyframe_poses, self.keyframe_stamps),
+            views=KeyframeViews.of(self.features),
+            elements=self.elements,
+            statistics=self.statistics,
+            pictures=self.pictures,
+            places=self.places,
+            grid=self.grid,
+            cloud=self.cloud,
+            trajectory=self.trajectory,
+            created=self.created,
+            notice=self.notice,
+            keep_out=self.keep_out,
+        )
