@@ -28,6 +28,17 @@ class Encoder:
         self.model_id = model_id
 
 
+class Snapshot:
+    """Of a map that does not change."""
+
+    def __init__(self, bundle):
+        self._bundle = bundle
+        self.keyframe_poses, self.keep_out = bundle.keyframes.poses(), bundle.keep_out
+
+    def bundle(self):
+        return self._bundle
+
+
 def random_pose(rng):
     T = np.eye(4)
     T[:3, :3] = Rotation.random(rng=rng).as_matrix()

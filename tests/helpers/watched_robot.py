@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from mapping.clip.scores import Query
-from tests.helpers.bundles import bundle_of
+from tests.helpers.bundles import Snapshot, bundle_of
 from tests.helpers.roomba_rig import DEADLINE
 from vizbot.config import Config
 from vizbot.core.geometry import planar
@@ -50,8 +50,8 @@ class HeldMap:
         self.map = SimpleNamespace(number=0)
         self.config = Config()
 
-    def bundle(self):
-        return replace(bundle_of(), keep_out=self.keep_out)
+    def snapshot(self):
+        return Snapshot(replace(bundle_of(), keep_out=self.keep_out))
 
     def goal(self, text):
         return Goal(text, np.full(4, 0.5, np.float32), 0.3)

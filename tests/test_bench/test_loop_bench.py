@@ -1,6 +1,8 @@
 import os
 import subprocess
+import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,6 +20,7 @@ from vizbot.bench.loop.rehearsal import PrintedStep, mean_tick, processor_time, 
 from vizbot.bench.loop.stages import StageTimer
 from vizbot.bench.loop.ticks import Ticks, blown_up
 from vizbot.bench.loop.tree import Tree, checked_out
+from vizbot.bench.loop.waits import DIMENSION, SpanTimer, Waits, widened
 from vizbot.core.errors import ConfigError, VizbotError
 
 
@@ -193,3 +196,36 @@ def test_homes_are_compared_in_turns_and_told_with_their_spread(monkeypatch):
     assert (row["speedup"], row["slowest"], row["fastest"]) == (3.0, 2.0, 4.0)
     assert row["same_commands"]
     assert (row["here_ms"], row["there_ms"]) == (100.0, 300.0)
+
+
+def test_a_span_counts_the_time_of_its_thread_once_and_of_no_other():
+    class Growing:
+        def add(self):
+            worked(0.02)
+            self.reach()
+
+        def reach(self):
+            worked(0.02)
+
+    timer, original = SpanTimer(), Growing.add
+    with timer.installed(((Growing, "add"), (Growing, "reach"))):
+        Growing().add()
+        other = threading.Thread(target=Growing().add)
+        spent = timer.spent
+        other.start()
+        other.join()
+    assert spent >= 0.04 and timer.spent == spent
+    assert Growing.add is original
+
+
+def test_a_tick_waits_for_what_its_thread_does_and_for_what_others_hold():
+    own = Waits((0.001, 0.03, 0.002), held_in_peace=0.02, held=0.04, answers=1, saves=1, elements=9)
+    assert own.longest == 0.03
+    assert replace(own, held=0.09).longest == pytest.approx(0.07)
+
+
+def test_wider_embeddings_have_the_same_cosines():
+    rows = np.random.default_rng(0).normal(size=(5, 7)).astype(np.float32)
+    wide = widened(rows)
+    assert wide.shape == (5, DIMENSION)
+    np.testing.assert_allclose(wide @ wide.T, rows @ rows.T, rtol=1e-5)

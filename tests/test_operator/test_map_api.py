@@ -9,6 +9,7 @@ import pytest
 from mapping import map_bundle
 from mapping.clip.reading import Reading
 from mapping.clip.scores import Query
+from mapping.map_snapshot import MapSnapshot
 from tests.fuzz.spoilt_maps import replacing
 from tests.helpers.bundles import bundle_of
 from tests.helpers.documented_api import DocumentedClient
@@ -21,6 +22,9 @@ from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, Twist
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.tasks import Decision, Goal
+from vizbot.operator.session import live_map
+from vizbot.operator.session.household import HouseholdBeliefs
+from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_loop import run_tasks
 from vizbot.operator.session.twist_mux import TwistMux
@@ -105,7 +109,7 @@ class Blank:
     def __init__(self, method):
         self.config = Config(objectnav=ObjectNavConfig(method=method))
 
-    def bundle(self):
+    def snapshot(self):
         return None
 
     def goal(self, text):
@@ -143,6 +147,35 @@ def test_the_vocabulary_holds_what_the_map_finds(robot, http, monkeypatch):
     )
     robot.start()
     assert http.get("/map/vocabulary").json() == {"phrases": ["yellow chair"]}
+
+
+def test_the_loop_neither_joins_nor_saves_nor_answers(robot, http, monkeypatch):
+    workers = []
+
+    def watched(owner, name):
+        work = getattr(owner, name)
+
+        def noted(*args, **kwargs):
+            workers.append((name, threading.current_thread()))
+            return work(*args, **kwargs)
+
+        monkeypatch.setattr(owner, name, noted)
+
+    watched(MapSnapshot, "bundle")
+    watched(map_bundle, "save")
+    watched(live_map, "find_places")
+    watched(live_map, "count_places")
+    watched(HouseholdBeliefs, "_follow")
+    watched(type(robot.pipeline), "goal")
+    robot.start()
+    for path in ("/map/places?text=yellow+chair", "/map/vocabulary", "/map/rooms"):
+        assert http.get(path).status_code == 200
+    assert http.put("/maps/home", json={}).status_code == 200
+    LiveMap(robot.session).count("yellow chair")
+    http.post("/map/new")
+    done = {name for name, _ in workers}
+    assert done >= {"bundle", "save", "find_places", "count_places", "_follow", "goal"}
+    assert robot._loop not in {thread for _, thread in workers}
 
 
 def test_keep_out_zones_are_set_told_drawn_and_kept_with_the_map(robot, http):

@@ -2,6 +2,7 @@
 
 import json
 import os
+import threading
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,7 +13,7 @@ import pytest
 import vizbot.recorder
 from mapping import map_bundle
 from sim_stubs.clock import SimulatedClock
-from tests.helpers.bundles import assert_same, bundle_of
+from tests.helpers.bundles import Snapshot, assert_same, bundle_of
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.observer import Effort, GoalReport, Outcome
@@ -27,16 +28,6 @@ def step(stamp):
         T_map_base=np.eye(4),
         command=Twist(0.2, -0.5),
     )
-
-
-class Snapshot:
-    """Of a map that does not change."""
-
-    def __init__(self, bundle):
-        self._bundle = bundle
-
-    def bundle(self):
-        return self._bundle
 
 
 @pytest.fixture
@@ -61,6 +52,21 @@ def test_the_map_of_every_minute_is_kept(recorder):
     assert len(asked) == 3
     assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
     assert not (recorder.folder / "metrics.json").exists()
+
+
+def test_the_map_of_a_minute_is_joined_beside_the_run(recorder):
+    joined_by = []
+
+    class Watched(Snapshot):
+        def bundle(self):
+            joined_by.append(threading.current_thread())
+            return super().bundle()
+
+    recorder.keep_map(lambda: Watched(bundle_of()), SimulatedClock())
+    for stamp in (0.0, 61.0):
+        recorder.on_step(step(stamp))
+    recorder.finish(None, {})
+    assert len(joined_by) == 1 and joined_by[0] is not threading.current_thread()
 
 
 @pytest.mark.parametrize(

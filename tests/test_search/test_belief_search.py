@@ -14,7 +14,7 @@ from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import OccupancyGrid
 from vizbot.objectnav import reasons, verdicts
-from vizbot.objectnav.belief_search import HELD, LOOK_STEPS, BeliefSearch
+from vizbot.objectnav.belief_search import HELD, LOOK_STEPS, MOST_BELIEFS, BeliefSearch
 from vizbot.objectnav.exploration import Exploration
 from vizbot.objectnav.looks import SPOTS_APART
 from vizbot.objectnav.search_parts import SearchParts
@@ -514,3 +514,14 @@ def test_the_same_goal_asked_for_again_is_a_new_search():
     search._steps = 10_000
     assert search.go(replace(SOFA), belief, grid, before).activity == "making sure"
     assert search._steps == 1
+
+
+def test_the_goal_that_was_asked_for_least_recently_is_forgotten_first():
+    search = BeliefSearch(CONFIG, FrontierSearch(CONFIG.frontier))
+    question = Query(SOFA.embedding, (1.0, 0.0))
+    goals = [Goal(f"thing {number}", SOFA.embedding, 0.5) for number in range(MOST_BELIEFS)]
+    first, second, *_ = [search.belief_of(goal, question) for goal in goals]
+    assert search.belief_of(goals[0], question) is first
+    search.belief_of(SOFA, question)
+    assert search.belief_of(goals[0], question) is first
+    assert search.belief_of(goals[1], question) is not second

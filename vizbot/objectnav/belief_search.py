@@ -44,7 +44,7 @@ LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
 """Share of the probability that a place which the robot goes up to may lose on the way."""
-_MOST_BELIEFS = 64
+MOST_BELIEFS = 64
 """Goals whose beliefs are kept."""
 _ON_SPOT = 0.25
 """Distance from a spot at which the robot stands on it [m]."""
@@ -124,7 +124,7 @@ class BeliefSearch:
         if belief is None:
             belief = Belief(question, fitted_weights(self._parts.weights))
         self._beliefs[goal.text] = belief  # the last one, as it was asked for last
-        if len(self._beliefs) > _MOST_BELIEFS:
+        if len(self._beliefs) > MOST_BELIEFS:
             del self._beliefs[next(iter(self._beliefs))]
         return belief
 

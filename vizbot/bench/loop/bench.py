@@ -21,14 +21,15 @@ from vizbot.bench.loop.sentences import worst_sentence
 from vizbot.bench.loop.startup import measure_startup
 from vizbot.bench.loop.ticks import Ticks, TimedDrive, read_ticks
 from vizbot.bench.loop.tree import HERE, Tree, checked_out
+from vizbot.bench.loop.waits import PEACE, WaitingDrive, Waits, read_waits
 from vizbot.core.errors import VizbotError
 from vizbot.core.threads import keep_a_core_free, let_threads_sleep
 from vizbot.operator.printing import echo
 
 NAME = "loop"
 GOAL = "sofa"
-FEW, MANY = 10_000, 1_000_000
-"""Numbers of elements of a usual and of a very large map."""
+FEW, LARGE, MANY = 10_000, 400_000, 1_000_000
+"""Numbers of elements of a usual map, of the largest that can be saved, and of a very large one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +91,10 @@ def run_loop(bench: LoopBench) -> BenchResult:
             )
             for count in (FEW, MANY)
         )
+        waited = _waits(bench, str(recorded / "map"))
+    summary["longest_wait_ms"] = max(row["longest_ms"] for row in waited)
+    rows += waited
+    text.append(_table("Waits for a growing map, a save, a console", waited))
     summary["tick_ratio_1m_over_10k"] = round(_median(many) / _median(few), 3)
     for name, ticks in (("10 k elements", few), ("1 M elements", many)):
         stages = _stage_rows(name, ticks)
@@ -118,19 +123,53 @@ def drive_in_process(drive: TimedDrive, cache: Path | None = None) -> Ticks:
     Raises:
         VizbotError: it failed.
     """
+    return read_ticks(_printed("ticks", drive, cache))
+
+
+def _waits(bench: LoopBench, map_folder: str) -> list[dict[str, float]]:
+    """One row for each size of the map: how long ticks waited, the median of all runs."""
+    rows = []
+    for elements, saved in ((LARGE, True), (MANY, False)):
+        drive = WaitingDrive(bench.homes[0], GOAL, PEACE + bench.steps, map_folder, elements, saved)
+        runs = [read_waits(_printed("waits", drive)) for _ in range(bench.runs)]
+        row: dict[str, float] = {
+            "elements": elements,
+            "saves": min(run.saves for run in runs),
+            "answers": min(run.answers for run in runs),
+        }
+        for name, of_run in _WAITS.items():
+            row[name] = round(1000 * float(np.median([of_run(run) for run in runs])), 1)
+        rows.append(row)
+    return rows
+
+
+_WAITS: dict[str, Callable[[Waits], float]] = {
+    "longest_ms": lambda run: run.longest,
+    "own_ms": lambda run: max(run.own),
+    "held_ms": lambda run: run.held,
+    "held_in_peace_ms": lambda run: run.held_in_peace,
+}
+
+
+def _printed(module: str, drive: TimedDrive | WaitingDrive, cache: Path | None = None) -> str:
+    """What a module of this folder prints of a drive in a new process.
+
+    Raises:
+        VizbotError: it failed.
+    """
     let_threads_sleep()
     keep_a_core_free()
     environment = dict(os.environ) | {"PYTHONPATH": str(HERE.path)}
     if cache is not None:
         environment["NUMBA_CACHE_DIR"] = str(cache)
-    command = [HERE.python, "-m", "vizbot.bench.loop.ticks", to_json(asdict(drive)).decode()]
+    command = [HERE.python, "-m", f"vizbot.bench.loop.{module}", to_json(asdict(drive)).decode()]
     done = subprocess.run(
         command, cwd=HERE.path, env=environment, capture_output=True, text=True, check=False
     )
     if done.returncode != 0:
         said = done.stderr.strip().splitlines() or ["no reason given"]
         raise VizbotError(f"a drive in world {drive.world} failed: {said[-1]}")
-    return read_ticks(done.stdout)
+    return done.stdout
 
 
 def longest_over_p95(ticks: Ticks) -> float:
