@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Generic, Self, TypeVar
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 Number = TypeVar("Number", bound=np.generic)
 
@@ -55,7 +55,7 @@ class GrowingRows(Generic[Number]):
         self._rows[start:end] = fresh
         self._size = end
 
-    def add_same(self, value: object, count: int) -> None:
+    def add_same(self, value: ArrayLike, count: int) -> None:
         """Add `count` rows that all have one value."""
         start, end = self._size, self._size + count
         self._reach(end)

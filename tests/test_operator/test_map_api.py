@@ -149,7 +149,7 @@ def test_the_vocabulary_holds_what_the_map_finds(robot, http, monkeypatch):
     assert http.get("/map/vocabulary").json() == {"phrases": ["yellow chair"]}
 
 
-def test_the_loop_neither_joins_nor_saves_nor_answers(robot, http, monkeypatch):
+def test_the_loop_neither_joins_nor_saves_nor_answers(robot, monkeypatch, tmp_path):
     workers = []
 
     def watched(owner, name):
@@ -168,11 +168,13 @@ def test_the_loop_neither_joins_nor_saves_nor_answers(robot, http, monkeypatch):
     watched(HouseholdBeliefs, "_follow")
     watched(type(robot.pipeline), "goal")
     robot.start()
-    for path in ("/map/places?text=yellow+chair", "/map/vocabulary", "/map/rooms"):
-        assert http.get(path).status_code == 200
-    assert http.put("/maps/home", json={}).status_code == 200
-    LiveMap(robot.session).count("yellow chair")
-    http.post("/map/new")
+    asked = LiveMap(robot.session, tmp_path)
+    assert asked.places("yellow chair").places
+    asked.count("yellow chair")
+    asked.vocabulary()
+    asked.rooms()
+    asked.save("home")
+    asked.begin(None)
     done = {name for name, _ in workers}
     assert done >= {"bundle", "save", "find_places", "count_places", "_follow", "goal"}
     assert robot._loop not in {thread for _, thread in workers}
