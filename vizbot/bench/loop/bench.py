@@ -92,7 +92,7 @@ def run_loop(bench: LoopBench) -> BenchResult:
             for count in (FEW, MANY)
         )
         waited = _waits(bench, str(recorded / "map"))
-    summary["longest_wait_ms"] = max(row["longest_ms"] for row in waited)
+    summary["longest_wait_ms"] = max(float(str(row["longest_ms"])) for row in waited)
     rows += waited
     text.append(_table("Waits for a growing map, a save, a console", waited))
     summary["tick_ratio_1m_over_10k"] = round(_median(many) / _median(few), 3)
@@ -126,13 +126,13 @@ def drive_in_process(drive: TimedDrive, cache: Path | None = None) -> Ticks:
     return read_ticks(_printed("ticks", drive, cache))
 
 
-def _waits(bench: LoopBench, map_folder: str) -> list[dict[str, float]]:
+def _waits(bench: LoopBench, map_folder: str) -> list[dict[str, object]]:
     """One row for each size of the map: how long ticks waited, the median of all runs."""
-    rows = []
+    rows: list[dict[str, object]] = []
     for elements, saved in ((LARGE, True), (MANY, False)):
         drive = WaitingDrive(bench.homes[0], GOAL, PEACE + bench.steps, map_folder, elements, saved)
         runs = [read_waits(_printed("waits", drive)) for _ in range(bench.runs)]
-        row: dict[str, float] = {
+        row: dict[str, object] = {
             "elements": elements,
             "saves": min(run.saves for run in runs),
             "answers": min(run.answers for run in runs),
