@@ -144,12 +144,15 @@ def test_a_cable_that_is_out_is_looked_for_soon_and_then_less_often(open_rig):
     assert looks == pytest.approx(once + again, abs=0.05)  # each waits for its period
 
 
-def test_a_base_that_fell_asleep_obeys_again_once_somebody_pressed_clean(open_rig):
+def test_a_base_that_fell_asleep_obeys_again_once_somebody_pressed_clean_and_says_so(open_rig):
     rig = open_rig("base-asleep@1+2")
     rig.drive(AHEAD, 2.0)
     with pytest.raises(DeviceTimeoutError, match="press Clean"):
         rig.base.read()
     rig.drive(AHEAD, 3.0)
+    assert rig.base.read().maybe_moved  # it slept for longer than a second
+    rig.base.resume()
+    rig.drive(AHEAD, 0.2)
     assert rig.base.read().mode is BaseMode.SAFE
     assert sum(rig.floor.speeds) > 0.0
 
