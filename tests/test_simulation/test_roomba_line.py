@@ -5,7 +5,7 @@ import pytest
 from drivers.roomba.commands import Opcode
 from sim_stubs.world.body import Contacts
 from tests.helpers.roomba_rig import PERIOD, BadLineRig, since
-from vizbot.core.types import BaseMode, Feedback, Twist
+from vizbot.core.types import STOP, BaseMode, Feedback, Twist
 
 JOURNEY = (Twist(0.25, 0.0), Twist(0.1, 1.5), Twist(-0.25, 0.0), Twist(0.0, -1.0), Twist(0.0, 0.0))
 FASTEST = 0.28
@@ -57,7 +57,7 @@ def errands(number):
         rig.base.show(Feedback.FOUND)
         leg(LEG, ahead)
         rig.base.dock()
-        leg(0.6)
+        leg(0.6, STOP)
         rig.modes.append(rig.stub.mode)
         rig.base.resume()
         leg(0.6)
