@@ -32,8 +32,8 @@ class DepthNoiseConfig(BaseModel):
     """Share of full brightness from which a surface blinds the imagers [1].
 
     Only what the picture shows nearly white counts: lamps, and highlights that are as bright. The
-    renderer mirrors nothing, so that mirrors, panes and polished metal that look darker are
-    measured as if they were matt.
+    renderer mirrors nothing but the mirror of a home with bare walls, so that panes, polished metal
+    and other mirrors that look darker are measured as if they were matt.
     """
     plain: float = Field(default=0.6, ge=0.0, le=255.0)
     """Local contrast, of 255, that each metre beyond `projector_range` asks of a surface [grey

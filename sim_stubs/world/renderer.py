@@ -14,11 +14,13 @@ from functools import partial
 from math import atan, degrees
 from typing import Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.geometry.mirror import Mirror, MirrorPixels
 from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.world.lighting import LAMP, Lighting, lamp_weights
 from sim_stubs.world.visibility import Visibility
@@ -103,7 +105,7 @@ class Renderer:
             DeviceError: the machine has no working OpenGL.
         """
         self.intrinsics = intrinsics
-        self._lamps = house.lights
+        self._lamps, self._mirror = house.lights, house.mirror
         self._diffuse = (lighting or Lighting()).rgb
         self._model = _compiled(house, intrinsics, self._diffuse)
         self._data = mujoco.MjData(self._model)
@@ -131,14 +133,17 @@ class Renderer:
             self._visibility = (visibility or partial(Visibility.in_house, house, intrinsics))()
 
     def render(self, T_world_cam: SE3) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-        """Colour (H, W, 3) and depth along the optical axis (H, W) [m], 0 where nothing is."""
-        shape = (self.intrinsics.height, self.intrinsics.width)
-        rgb, depth = np.empty((*shape, 3), np.uint8), np.empty(shape, np.float32)
+        """Colour (H, W, 3) and depth along the optical axis (H, W) [m], 0 where nothing is.
+
+        A mirror has the colour and the depth of what it shows.
+        """
         self._draw(T_world_cam)
-        mujoco.mjr_readPixels(rgb, depth, self._rect, self._context)
-        metres = np.empty_like(depth)
-        _to_metres(depth[::-1], metres)
-        return np.ascontiguousarray(rgb[::-1]), metres
+        rgb, depth = self._read(self._rect, NEAR)
+        if self._mirror is not None:
+            seen = self._mirror.seen(T_world_cam, self.intrinsics, depth)
+            if seen is not None and self._mirror.before(T_world_cam[:3, 3]) > NEAR:
+                self._reflect(self._mirror, seen, T_world_cam, rgb, depth)
+        return rgb, depth
 
     def segment(self, T_world_cam: SE3) -> NDArray[np.int32]:
         """Index in `House.instances` that each pixel (H, W) shows; -1 for structure."""
@@ -185,6 +190,64 @@ class Renderer:
     def __exit__(self, *exc: object) -> None:
         self.close()
 
+    def _read(
+        self, rect: mujoco.MjrRect, near: float
+    ) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Colour and depth [m] of what is drawn in `rect`, with the near clipping plane there."""
+        shape = (rect.height, rect.width)
+        rgb, depth = np.empty((*shape, 3), np.uint8), np.empty(shape, np.float32)
+        mujoco.mjr_readPixels(rgb, depth, rect, self._context)
+        metres = np.empty_like(depth)
+        _to_metres(
+            depth[::-1], np.float32(near * FAR), np.float32(near), np.float32(FAR - near), metres
+        )
+        return np.ascontiguousarray(rgb[::-1]), metres
+
+    def _reflect(
+        self,
+        mirror: Mirror,
+        seen: MirrorPixels,
+        T_world_cam: SE3,
+        rgb: NDArray[np.uint8],
+        depth: NDArray[np.float32],
+    ) -> None:
+        """Write what the mirror shows into a picture, at the pixels where it is seen.
+
+        The eye behind the mirror looks straight through it, with the mirror as its near clipping
+        plane, so that nothing behind the mirror is in the way (Kooima 2009, "Generalized
+        perspective projection").
+        """
+        eye, normal, before = T_world_cam[:3, 3], mirror.normal, mirror.before(T_world_cam[:3, 3])
+        if self._visibility is not None:
+            shown = self._visibility.in_view(mirror.reflected(T_world_cam))
+            self._model.geom_group[:] = np.where(shown, 0, HIDDEN)
+        width, height = np.linalg.norm(mirror.along), np.linalg.norm(mirror.up)
+        # OpenGL cameras look along -z with y up: from behind, the mirror's left is on the right.
+        axes = np.column_stack([-mirror.along / width, mirror.up / height, -normal])
+        behind = eye - 2 * before * normal
+        self._update(behind, axes, lit_around=eye)
+        x, y, _ = (mirror.corner - behind) @ axes
+        s, t = seen.s[seen.shown], seen.t[seen.shown]
+        left, right = x - width * s.max(), x - width * s.min()
+        bottom, top = y + height * t.min(), y + height * t.max()
+        for each in self._scene.camera:  # a pair for stereo; both count
+            each.frustum_near = before
+            each.frustum_center, each.frustum_width = (left + right) / 2, (right - left) / 2
+            each.frustum_bottom, each.frustum_top = bottom, top
+        rows, columns = seen.shown.shape
+        rect = mujoco.MjrRect(0, 0, columns, rows)
+        mujoco.mjr_render(rect, self._scene, self._context)
+        at = (
+            ((x - width * seen.s - left) / (right - left) * columns - 0.5).astype(np.float32),
+            ((top - y - height * seen.t) / (top - bottom) * rows - 0.5).astype(np.float32),
+        )
+        colours, depths = self._read(rect, before)
+        colours = cv2.remap(colours, *at, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        depths = cv2.remap(depths, *at, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+        rgb[seen.window][seen.shown] = colours[seen.shown]
+        # Along a ray depth grows as the distance from the plane does.
+        depth[seen.window][seen.shown] = (seen.glass * (depths / before))[seen.shown]
+
     def _draw(self, T_world_cam: SE3) -> None:
         if self._visibility is not None:
             seen = self._visibility.seen(T_world_cam)
@@ -193,13 +256,19 @@ class Renderer:
         self._update(T_world_cam[:3, 3], T_world_cam[:3, :3] @ np.diag([1.0, -1.0, -1.0]))
         mujoco.mjr_render(self._rect, self._scene, self._context)
 
-    def _update(self, position: NDArray[np.float64], rotation: NDArray[np.float64]) -> None:
+    def _update(
+        self,
+        position: NDArray[np.float64],
+        rotation: NDArray[np.float64],
+        lit_around: NDArray[np.float64] | None = None,
+    ) -> None:
+        """Take the scene from a place, with the lamps lit that are near it, or another one."""
         if not self._free.alive:
             raise DeviceError("the simulated world is closed; open it again")
         self._gl.make_current()
         self._data.cam_xpos[0] = position
         self._data.cam_xmat[0] = rotation.ravel()
-        weights = lamp_weights(self._lamps, position)
+        weights = lamp_weights(self._lamps, position if lit_around is None else lit_around)
         self._model.light_diffuse[:] = LAMP * self._diffuse * weights[:, None]
         self._model.light_active[:] = weights > 0
         camera = mujoco.MjvCamera()
@@ -216,14 +285,27 @@ class Renderer:
 
 
 @njit(  # type: ignore[untyped-decorator]
-    "void(f4[:,:], f4[:,::1])",
+    "void(f4[:,:], f4, f4, f4, f4[:,::1])",
     cache=True,
     nogil=True,
     error_model="numpy",
 )
-def _to_metres(buffer: NDArray[np.float32], metres: NDArray[np.float32]) -> None:
-    """Write the depth [m] that a reversed depth buffer means: 1 is NEAR, 0 is FAR or nothing."""
-    product, near, span = np.float32(NEAR * FAR), np.float32(NEAR), np.float32(FAR - NEAR)
+def _to_metres(
+    buffer: NDArray[np.float32],
+    product: np.float32,
+    near: np.float32,
+    span: np.float32,
+    metres: NDArray[np.float32],
+) -> None:
+    """Write the depth [m] that a reversed depth buffer means: 1 is `near`, 0 is FAR or nothing.
+
+    Args:
+        buffer: (H, W) as the renderer gives it.
+        product: Product of both clipping distances.
+        near: The near one [m].
+        span: What they differ by [m].
+        metres: (H, W) depth, written here.
+    """
     for row in range(buffer.shape[0]):
         for column in range(buffer.shape[1]):
             z = buffer[row, column]

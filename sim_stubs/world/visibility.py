@@ -79,6 +79,12 @@ class Visibility:
             shown[candidates[behind]] = False
         return np.bincount(self._mesh[shown], minlength=self._count) > 0
 
+    def in_view(self, T_world_cam: SE3) -> NDArray[np.bool_]:
+        """Which meshes (M,) may be in the picture, whatever walls stand between."""
+        offsets = self._centre - T_world_cam[:3, 3]
+        shown = self._in_frustum(offsets @ T_world_cam[:3, :3])
+        return np.bincount(self._mesh[shown], minlength=self._count) > 0
+
     def _in_frustum(self, centres: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Which spheres (N,), with their centres (N, 3) in `cam`, touch the cone of view."""
         reach = self._radius + MARGIN

@@ -1,4 +1,7 @@
-"""Worlds by their names: a seed, `office` or a file, and where the robot starts in them."""
+"""Worlds by their names: a seed, `office` or a file, and where the robot starts in them.
+
+A seed with `+bare` after it is its home with bare walls.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from sim_stubs.homes.start_pose import start_for, things_named
 from sim_stubs.world.body import Outline
 from sim_stubs.world.contact_map import ContactMap
 from sim_stubs.world.world_plan import HouseShape, WorldPlan
-from sim_stubs.world.world_spec import MJCF, OFFICE, require_world, seed_of
+from sim_stubs.world.world_spec import MJCF, OFFICE, is_bare, require_world, seed_of
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import SE3
 
@@ -26,6 +29,7 @@ if TYPE_CHECKING:  # loads what a world is planned without
     from sim_stubs.world.config import WorldConfig
     from sim_stubs.world.world import World
 
+_BARED = "its walls are bare: no pictures, white doors, and a mirror that shows the room"
 _LEAST_REGION = 0.1
 """Least share of the largest free region that one to start in has; the inside of furniture is
 hollow, and free."""
@@ -86,6 +90,11 @@ def plan_world(
         seed = number
         house, space = home_and_space(seed)
         notice = notice_of(seed)
+        if is_bare(spec):
+            from sim_stubs.world.bare import bare  # loads numba
+
+            house = bare(house)
+            notice = f"{notice}\n{_BARED}{'' if house.mirror else ', without a place for a mirror'}"
     elif spec == OFFICE:
         from sim_stubs.homes.office import office
 

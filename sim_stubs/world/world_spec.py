@@ -14,28 +14,45 @@ OFFICE = "office"
 """The world with this name is the office."""
 _FARTHEST, _TURNED = 1000.0, 3600.0
 """Farthest coordinate [m] and largest angle [degrees] of a start."""
+BARE = "+bare"
+"""After a seed: its home without pictures, with white doors and a mirror."""
 _MOST_DIGITS = 18
 """Of a seed."""
 
 
 def seed_of(spec: str) -> int | None:
-    """The seed that names a home; None where a world is named otherwise.
+    """The seed that names a home, bare or not; None where a world is named otherwise.
 
     Raises:
-        ConfigError: it has too many digits.
+        ConfigError: the seed has too many digits, or there is no such modifier.
     """
-    if not (spec.isascii() and spec.isdigit()):
+    seed, plus, modifier = spec.partition("+")
+    if not (seed.isascii() and seed.isdigit()):
         return None
-    if len(spec) > _MOST_DIGITS:
-        raise ConfigError(f"world {spec[:9]}...: a seed has {_MOST_DIGITS} digits at most")
-    return int(spec)
+    if len(seed) > _MOST_DIGITS:
+        raise ConfigError(f"world {seed[:9]}...: a seed has {_MOST_DIGITS} digits at most")
+    if plus + modifier not in ("", BARE):
+        raise ConfigError(
+            f"world {spec!r}: {plus + modifier!r} changes no home; give {seed}, or {seed}{BARE} for"
+            " bare walls"
+        )
+    return int(seed)
+
+
+def is_bare(spec: str) -> bool:
+    """Whether a world is the home of a seed with bare walls.
+
+    Raises:
+        ConfigError: as `seed_of` raises it.
+    """
+    return seed_of(spec) is not None and spec.endswith(BARE)
 
 
 def require_world(spec: str, labels: Path | None = None) -> None:
     """Refuse a world that cannot be one, and labels for one that has its own.
 
     Args:
-        spec: A seed, `office`, or a file.
+        spec: A seed, alone or with `BARE`; `office`; or a file.
         labels: TOML file with labels of what is in an MJCF file.
 
     Raises:
@@ -46,6 +63,8 @@ def require_world(spec: str, labels: Path | None = None) -> None:
         raise ConfigError(f"labels {labels} are for an MJCF file, not for the world {spec!r}")
     if spec == OFFICE or seed_of(spec) is not None:
         return
+    if spec.endswith(BARE) and not path.exists():
+        raise ConfigError(f"world {spec!r}: {BARE} is for the home of a seed, as in 1100{BARE}")
     if path.suffix not in MJCF and not is_home(path):
         raise ConfigError(f"unknown world {spec!r}; give a seed, an MJCF file or a .sh3d file")
     file = path.parent if path.parent.suffix == ".jar" else path

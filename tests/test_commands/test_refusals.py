@@ -50,6 +50,8 @@ def test_the_settings_load_nothing_heavy():
     ("arguments", "words"),
     [
         (("--world", "nosuchworld"), ("unknown world 'nosuchworld'", "give a seed")),
+        (("--world", "1100+bear"), ("'1100+bear'", "give 1100, or 1100+bare")),
+        (("--world", "office+bare"), ("'office+bare'", "for the home of a seed")),
         (("--world", "nowhere.xml"), ("nowhere.xml", "is not there")),
         (("--labels", "labels.toml"), ("labels.toml", "MJCF")),
         (("--config", "none.toml"), ("none.toml", "give a TOML file")),

@@ -152,8 +152,8 @@ class DryRunOptions:
         str,
         typer.Option(
             "--world",
-            help="Seed of a simulated home, office, a Sweet Home 3D file (.sh3d),"
-            " JAR/NAME of one in sweethome3d.jar, or an MJCF file.",
+            help="Seed of a simulated home, SEED+bare for bare walls and a mirror, office, a Sweet"
+            " Home 3D file (.sh3d), JAR/NAME of one in sweethome3d.jar, or an MJCF file.",
         ),
     ] = "0"
     labels: Annotated[

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.geometry.mirror import Mirror
 from sim_stubs.homes.geometry.piece import Part, Piece
 from sim_stubs.homes.geometry.solids import moved_part
 from vizbot.core.geometry import planar
@@ -96,6 +97,7 @@ class House:
         instances: Furniture in its place.
         lights: (N, 3) lamps at the ceiling [m]; the renderer takes seven at most.
         start: x, y [m] and yaw [rad] of the robot.
+        mirror: The one mirror that mirrors; None in most houses, where mirrors are plain surfaces.
     """
 
     rooms: tuple[Room, ...]
@@ -103,6 +105,7 @@ class House:
     instances: tuple[Instance, ...]
     lights: NDArray[np.float64]
     start: tuple[float, float, float]
+    mirror: Mirror | None = None
 
     def parts(self) -> tuple[Part, ...]:
         """Structure and furniture as meshes in the world."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from zlib import crc32
 
+from sim_stubs.world.world_spec import seed_of
 from vizbot.bench.episodes.encoder_scale import EncoderScale
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
@@ -40,12 +41,16 @@ FAR = 3.0
 
 
 Home = int | str
-"""A home: the seed of one of ours, or a file that `--world` takes, drawn by others."""
+"""A home: the seed of one of ours, or a name that `--world` takes: bare walls, a file of others."""
 
 
 def seed_of_home(home: Home) -> int:
-    """The seed of starts and noise in a home; that of a file is made of its name alone."""
-    return home if isinstance(home, int) else crc32(Path(home).name.encode())
+    """The seed of starts and noise in a home; that of a file is made of its name alone.
+
+    With bare walls a home has the starts and the noise that it has without.
+    """
+    seed = home if isinstance(home, int) else seed_of(home)
+    return crc32(Path(str(home)).name.encode()) if seed is None else seed
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,10 @@ from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import start_for
 from sim_stubs.scoring.goals import goals_of
 from sim_stubs.scoring.success import instances_of
+from sim_stubs.world.bare import bare
 from sim_stubs.world.world import World
 from sim_stubs.world.world_file import read_world
+from sim_stubs.world.world_spec import is_bare, seed_of
 from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
 from vizbot.bench.episodes.episode import Episode, Home, HomeGoals, seed_of_home
 from vizbot.config import Config
@@ -31,7 +33,10 @@ _NOISE_APART = 1_000_000
 @lru_cache(maxsize=1)
 def house_of(name: Home) -> House:
     """The house of a home, made once where it is asked for several times in turn."""
-    return home(name) if isinstance(name, int) else read_world(Path(name))
+    seed = name if isinstance(name, int) else seed_of(name)
+    if seed is None:
+        return read_world(Path(str(name)))
+    return bare(home(seed)) if is_bare(str(name)) else home(seed)
 
 
 def survey(name: Home) -> HomeGoals:
