@@ -217,3 +217,39 @@ def test_homes_drawn_by_others_are_kept_apart_and_drive_the_default_row_alone(
 def test_homes_drawn_by_others_are_for_object_goals_and_stand_alone(vizbot, plans, arguments):
     code, out, err = vizbot(*arguments)
     assert (code, out) == (1, "") and "--worlds a" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("objectnav", "--worlds", "1140+bear"), "'+bear' changes no home"),
+        (("objectnav", "--worlds", "1140+bare,1141"), "home 1141 of --worlds has a seed alone"),
+        (("multi", "--goals", "3"), "--goals 3 is for objectnav without --fast"),
+        (("objectnav", "--goals", "3", "--fast"), "--goals 3 is for objectnav without --fast"),
+        (
+            ("objectnav", "--goals", "3", "--quick"),
+            "--quick chooses its goals; leave out --goals 3",
+        ),
+        (("objectnav", "--goals", "0"), "--goals 0: it must be at least 1"),
+    ],
+)
+def test_bare_homes_and_first_goals_are_refused_where_they_cannot_be(vizbot, arguments, says):
+    code, out, err = vizbot(*arguments)
+    assert (code, out) == (1, "")
+    assert says in err
+
+
+def test_bare_homes_are_kept_apart_and_drive_the_default_row_alone(
+    vizbot, plans, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.xml").write_text("<mujoco/>")
+    code, _, err = vizbot("objectnav", "--worlds", "1140+bare,a.xml")
+    assert code == 1
+    assert "kept apart; give a folder by --out" in err
+    assert plans == []
+    assert vizbot("objectnav", "--worlds", "1140+bare,1141+bare", "--goals", "3")[0] == 0
+    [plan] = plans
+    assert plan.homes == ("1140+bare", "1141+bare")
+    assert (plan.goals, plan.rows, plan.folder) == (3, ("default",), bench.BARE)
+    assert not plan.full

@@ -8,9 +8,11 @@ from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, Ho
 from vizbot.bench.harness import bench_plan
 from vizbot.bench.harness.bench_plan import BenchPlan
 from vizbot.bench.harness.fingerprint import Fingerprint
+from vizbot.bench.harness.store import Store
 from vizbot.bench.objectnav import single_goal
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
+from vizbot.core.observer import Outcome
 
 GOALS = ("bed", "chair", "sofa", "kitchen", "window")
 
@@ -20,7 +22,9 @@ def driven(job, fails=()):
     variant, episode = job
     success = episode.goals[0] not in fails or variant.oracle == "encoder"
     reason = "" if success else "3.00 m away"
-    answer = GoalResult(episode.goals[0], success, True, reason, "seen", 3.0, 100, 8.0, 4.0, 20.0)
+    answer = GoalResult(
+        episode.goals[0], success, True, reason, "seen", 3.0, 100, 8.0, 4.0, 20.0, stuck=False
+    )
     return EpisodeResult(episode, (answer,), 0, 0.01, 5.0, ((0.0, 0.0),), (0.0, 0.0, 0.0))
 
 
@@ -109,7 +113,7 @@ def test_every_driven_row_is_printed_in_full(fake, tmp_path):
     text = single_goal.run_single_goal(asked(tmp_path, homes=(1000,))).text
     for row in ("default", "scale 1", "scale 0", "scale -1"):
         assert cells(text, f"vizbot, {row}") == [
-            "5", "60.0", "23 to 88", "-", "66.7", "50.0", "30.0", "100", "100",
+            "5", "60.0", "23 to 88", "-", "66.7", "50.0", "30.0", "0", "100", "100",
             "8.0", "4.0", "0", "0.01",
         ]  # fmt: skip
 
@@ -128,6 +132,45 @@ def test_the_default_is_held_against_the_best_single_scale_on_the_same_episodes(
     assert summary["single_scale_episodes"] == 4
     assert summary["single_scale_success_rate"] == 0.75
     assert summary["three_scale_success_rate"] == 0.75
+
+
+def test_the_first_goals_of_each_home_can_be_driven_alone(fake, tmp_path):
+    plan = asked(tmp_path, rows=("default",), homes=("1140+bare", "1141+bare"), goals=3)
+    single_goal.run_single_goal(plan)
+    assert fake == [
+        ("default", Episode(home, (goal,)))
+        for home in ("1140+bare", "1141+bare")
+        for goal in GOALS[:3]
+    ]
+    assert not asked(tmp_path, goals=3).full
+
+
+def as_kept(stuck, success=False):
+    """The result of an episode as a row keeps it; None is one of before `stuck` was kept."""
+    goal = GoalResult(
+        "bed", success, False, "", "", 3.0, 100, 8.0, 4.0, 20.0, Outcome.GAVE_UP, stuck=stuck
+    )
+    return EpisodeResult(Episode(1100, ("bed",)), (goal,), 0, 0.01, 5.0, (), (0.0, 0.0, 0.0))
+
+
+def test_stuck_counts_the_failed_episodes_that_stood_still(tmp_path):
+    store = Store(tmp_path / "rows.jsonl", EpisodeResult)
+    store.add("k", "c", "h", *map(as_kept, (True, False, True)), as_kept(False, success=True))
+    kept = Store(tmp_path / "rows.jsonl", EpisodeResult).results_with_key("k")
+    result = single_goal.single_goal_result({"default": kept})
+    assert result.summary["stuck"] == 2
+    assert result.rows[0]["stuck"] == 2
+    assert cells(result.text, "vizbot, default")[7] == "2"
+    assert "not known" not in result.text
+
+
+def test_what_rows_of_before_do_not_say_of_stuck_is_not_counted_as_none(tmp_path):
+    result = single_goal.single_goal_result({"default": [as_kept(False), as_kept(None)]})
+    assert result.summary["stuck"] is None
+    assert cells(result.text, "vizbot, default")[7] == "-"
+    assert "Of 1 failed ones it is not known" in result.text
+    reached = [as_kept(None, success=True), as_kept(True)]
+    assert single_goal.single_goal_result({"default": reached}).summary["stuck"] == 1
 
 
 def test_sources_that_change_under_way_end_the_run(fake, tmp_path, monkeypatch):
@@ -217,7 +260,7 @@ def test_the_summary_has_what_checks_read(fake, tmp_path):
         "episodes", "success_rate", "success_low", "success_high", "others", "others_success_rate",
         "spl", "single_scale_episodes", "single_scale_success_rate", "three_scale_success_rate",
         "three_scale_wins", "three_scale_losses", "three_scale_p", "three_scales_better",
-        "steps_mean", "false_claims",
+        "steps_mean", "false_claims", "stuck",
     }  # fmt: skip
     assert summary["episodes"] == 5
     assert summary["success_rate"] == 0.6

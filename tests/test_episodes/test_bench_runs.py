@@ -144,6 +144,7 @@ def test_an_error_costs_the_episode_and_is_told(monkeypatch):
     assert not goal.success and not goal.claimed
     assert goal.reason == "did not stop by itself"
     assert goal.answer == "error: DeviceError: the camera is gone"
+    assert goal.stuck is False
     assert goal.distance > 2.0
 
 

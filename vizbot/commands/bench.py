@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from drivers.tum_sequence import parse_intrinsics
-from sim_stubs.world.world_spec import require_world
+from sim_stubs.world.world_spec import is_bare, require_world, seed_of
 from vizbot.bench.claims import pages
 from vizbot.bench.episodes.episode import Home
 from vizbot.bench.episodes.homes import FIRST_HOME
@@ -49,6 +49,8 @@ FAULTS = RUNS / "faults"
 """Results of drives and missions with faults."""
 SLAM = RUNS / "slam"
 """Results of laps and of hours in one home."""
+BARE = RUNS / "bare"
+"""Finished episodes in homes with bare walls."""
 OTHERS = RUNS / "others"
 """Finished episodes in homes drawn by others."""
 PLANNER = RUNS / "planner"
@@ -78,6 +80,13 @@ def run(options: BenchOptions) -> None:
     """
     if options.against is not None and options.name != loop.NAME:
         raise ConfigError(f"--against {options.against} is for loop alone; leave it out")
+    if options.goals is not None:
+        if options.name != single_goal.NAME or options.fast:
+            raise ConfigError(
+                f"--goals {options.goals} is for {single_goal.NAME} without --fast; leave it out"
+            )
+        if options.quick:
+            raise ConfigError(f"--quick chooses its goals; leave out --goals {options.goals}")
     if options.fast and options.name != single_goal.NAME:
         raise ConfigError(f"--fast is for {single_goal.NAME} alone; leave it out")
     if options.method is not None and options.name not in (single_goal.NAME, multi_goal.NAME):
@@ -265,7 +274,8 @@ def _run_scoreboard(options: BenchOptions) -> None:
         raise ConfigError("results with --clip or --config are kept apart; give a folder by --out")
     homes: tuple[Home, ...] | None = seeds
     if options.worlds is not None:
-        homes, out, rows = _worlds(options), out or OTHERS, rows or single_goal.DEFAULT
+        homes, rows = _worlds(options), rows or single_goal.DEFAULT
+        out = out or (BARE if all(map(is_bare, homes)) else OTHERS)
     elif out is None and seeds is not None and min(seeds) < FIRST_HOME:
         raise ConfigError(
             f"home {min(seeds)} of --seeds is a training home (benchmark homes begin at"
@@ -276,7 +286,7 @@ def _run_scoreboard(options: BenchOptions) -> None:
     if not fingerprint.clean:
         echo(f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True)
     folder = out or (QUICK_SHARE if options.quick else SCOREBOARD)
-    plan = BenchPlan(config, folder, fingerprint, homes, options.quick, driven)
+    plan = BenchPlan(config, folder, fingerprint, homes, options.quick, driven, options.goals)
     result = BENCHES[name](plan)
     _print(result, options.as_json)
     if plan.full:
@@ -353,7 +363,10 @@ def _seeds(text: str | None) -> tuple[int, ...] | None:
 
 
 def _worlds(options: BenchOptions) -> tuple[str, ...]:
-    """The files of --worlds, which only objectnav drives in."""
+    """The homes of --worlds, which only objectnav drives in: with bare walls, or in files.
+
+    Those of ours without a modifier are named by --seeds. Results of the two kinds are kept apart.
+    """
     if options.name != single_goal.NAME or options.seeds is not None:
         raise ConfigError(
             f"--worlds {options.worlds} are for {single_goal.NAME} without --seeds; leave them out"
@@ -362,6 +375,14 @@ def _worlds(options: BenchOptions) -> tuple[str, ...]:
     worlds = tuple(options.worlds.split(","))
     for world in worlds:
         require_world(world)
+        if seed_of(world) is not None and not is_bare(world):
+            raise ConfigError(f"home {world} of --worlds has a seed alone; give it by --seeds")
+    ours = [world for world in worlds if is_bare(world)]
+    if ours and len(ours) < len(worlds) and options.out is None:
+        raise ConfigError(
+            f"--worlds {options.worlds}: results in bare homes and in those of others are kept"
+            " apart; give a folder by --out"
+        )
     return worlds
 
 

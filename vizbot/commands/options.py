@@ -253,7 +253,14 @@ class BenchOptions:
     ] = None
     worlds: Annotated[
         str | None,
-        typer.Option("--worlds", help="objectnav: homes drawn by others, files as for --world."),
+        typer.Option(
+            "--worlds",
+            help="objectnav: homes as for --world, bare ones or files drawn by others.",
+        ),
+    ] = None
+    goals: Annotated[
+        int | None,
+        typer.Option("--goals", help="objectnav: only the first N goals of each home.", min=1),
     ] = None
     quick: Annotated[
         bool, typer.Option("--quick", help="A part of the episodes, in homes of development.")

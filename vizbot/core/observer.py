@@ -26,6 +26,7 @@ class Outcome(StrEnum):
     NOT_FOUND = "not_found"
     EXPLORED = "explored"
     GAVE_UP = "gave_up"
+    STUCK = "stuck"
 
 
 _HEADLINES = {
@@ -34,6 +35,7 @@ _HEADLINES = {
     Outcome.NOT_FOUND: "Did not find {}",
     Outcome.EXPLORED: "Explored {}",
     Outcome.GAVE_UP: "Gave up on {}",
+    Outcome.STUCK: "Got stuck on the way to {}",
 }
 CLAUSE_JOINT = "; "
 """Between the clauses of why the robot does something."""

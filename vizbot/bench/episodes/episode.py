@@ -98,6 +98,8 @@ class GoalResult:
         said_seen: Share of the floor that the robot then said that it had seen, 0 to 1; None where
             it did not know, and in results of before it was kept.
         truly_seen: Share that it had seen; None likewise.
+        stuck: Whether it failed and stood still, as `vizbot.bench.episodes.standstill` says; None
+            in results of before it was kept.
     """
 
     text: str
@@ -113,6 +115,7 @@ class GoalResult:
     outcome: Outcome | None = None
     said_seen: float | None = None
     truly_seen: float | None = None
+    stuck: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,6 +27,7 @@ from vizbot.bench.episodes.latency import Latencies, slow_devices
 from vizbot.bench.episodes.oracles import AtOnce, OracleParts, oracle_parts
 from vizbot.bench.episodes.other_encoders import OtherEncoder
 from vizbot.bench.episodes.seen_floor import SeenFloor
+from vizbot.bench.episodes.standstill import is_stuck
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError, VizbotError
@@ -166,7 +167,7 @@ class TruthRecorder:
 
     def path_length(self) -> float:
         """True length of the path so far [m]."""
-        return float(np.linalg.norm(np.diff(self._xy(), axis=0), axis=1).sum())
+        return float(np.linalg.norm(np.diff(self.xy(), axis=0), axis=1).sum())
 
     def trajectory_error(self) -> float | None:
         """RMSE of the camera's online positions after alignment [m]; None for a run too short."""
@@ -180,7 +181,7 @@ class TruthRecorder:
     def track(self) -> tuple[tuple[float, float], ...]:
         """True x, y of the path [m], one point every 0.15 m, rounded to 0.01 m."""
         kept: list[NDArray[np.float64]] = []
-        for xy in self._xy():
+        for xy in self.xy():
             if not kept or np.linalg.norm(xy - kept[-1]) >= _TRACK_SPACING:
                 kept.append(xy)
         return tuple((round(float(x), 2), round(float(y), 2)) for x, y in kept)
@@ -190,7 +191,8 @@ class TruthRecorder:
         T = self.world.T_world_base
         return round(float(T[0, 3]), 3), round(float(T[1, 3]), 3), round(yaw_of(T), 3)
 
-    def _xy(self) -> NDArray[np.float64]:
+    def xy(self) -> NDArray[np.float64]:
+        """True positions (N, 2) of the base at the steps so far, and now [m]."""
         Ts_world_base = [*self._Ts_world_base, self.world.T_world_base]
         return np.array(Ts_world_base)[:, :2, 3]
 
@@ -237,6 +239,9 @@ def _search_goal(
         log.exception("on the way to %s", text)
         answer = error_line(error)
     verdict = judge(recorder.world, text, stopped=stopped)
+    taken, limit = pipeline.steps - steps, config.objectnav.max_steps
+    at_limit = outcome is Outcome.GAVE_UP and taken >= limit
+    xy = recorder.xy()[-taken - 1 :]
     return GoalResult(
         text,
         verdict.success,
@@ -244,13 +249,14 @@ def _search_goal(
         verdict.reason,
         answer,
         None if verdict.distance is None else round(verdict.distance, 3),
-        pipeline.steps - steps,
+        taken,
         round(recorder.path_length() - length, 3),
         None if shortest is None else round(shortest, 3),
         round(devices.clock.now() - began, 2),
         outcome,
         None if recorder.said_seen is None else round(recorder.said_seen, 3),
         round(recorder.floor.share, 3),
+        not verdict.success and is_stuck(outcome, at_limit=at_limit, xy=xy),
     )
 
 
@@ -272,4 +278,5 @@ def _error_result(text: str, error: Exception) -> GoalResult:
         path_length=0.0,
         shortest_path=None,
         simulated_seconds=0.0,
+        stuck=False,
     )

@@ -52,6 +52,7 @@ class BenchPlan:
         homes: The homes; None for those of the scoreboard or of the quick share.
         quick: Whether only a part of the episodes is run, which may be claimed nowhere.
         rows: Names of the variants; None for all of them.
+        goals: Number of goals that are driven in each home, the first ones; None for all.
     """
 
     config: Config
@@ -60,11 +61,12 @@ class BenchPlan:
     homes: tuple[Home, ...] | None = None
     quick: bool = False
     rows: tuple[str, ...] | None = None
+    goals: int | None = None
 
     @property
     def full(self) -> bool:
         """Whether the plan is the whole scoreboard, whose figures may be claimed."""
-        return self.homes is None and not self.quick
+        return self.homes is None and not self.quick and self.goals is None
 
     @property
     def seeds(self) -> tuple[Home, ...]:

@@ -175,6 +175,8 @@ class NavigationScore:
         shortest_of_successes: Mean length of the shortest paths of the same episodes [m].
         collisions: Number of collisions in all episodes.
         ate: Median error of the trajectories [m].
+        stuck: Number of episodes that failed and stood still; None where it was not kept of each
+            that failed.
     """
 
     success: Rate
@@ -189,6 +191,7 @@ class NavigationScore:
     shortest_of_successes: float | None
     collisions: int
     ate: float | None
+    stuck: int | None
 
     @staticmethod
     def from_results(results: Sequence[EpisodeResult]) -> NavigationScore:
@@ -209,7 +212,17 @@ class NavigationScore:
             _mean([goal.shortest_path or 0.0 for goal in reached]),
             sum(result.collisions for result in results),
             float(np.median(errors)) if errors else None,
+            number_stuck(goals),
         )
+
+
+def number_stuck(goals: Sequence[GoalResult]) -> int | None:
+    """How many goals failed with the robot standing still.
+
+    None where that was not kept of each that failed.
+    """
+    failed = [goal.stuck for goal in goals if not goal.success]
+    return None if None in failed else failed.count(True)
 
 
 def _mean(values: Sequence[float]) -> float | None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from vizbot.bench.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
 from vizbot.bench.episodes.oracles import ORACLES
+from vizbot.bench.episodes.standstill import LAST, RADIUS
 from vizbot.bench.harness.bench_plan import (
     ABLATION_ROWS,
     ENCODER_ROWS,
@@ -56,7 +58,7 @@ Results = Mapping[str, Sequence[EpisodeResult]]
 
 def run_single_goal(plan: BenchPlan) -> BenchResult:
     """Run what is missing and print the tables."""
-    homes = goals_of_homes(plan)
+    homes = [replace(home, goals=home.goals[: plan.goals]) for home in goals_of_homes(plan)]
     episodes = single_goal_episodes(homes, QUICK_SHARE_OF if plan.quick else 1)
     few = single_goal_episodes(homes, _ABLATED_SHARE)
     wanted = [variant for variant in variants(plan.config) if plan.includes(variant.name)]
@@ -79,6 +81,8 @@ def run_single_goal(plan: BenchPlan) -> BenchResult:
         note = "The quick share, every third goal of homes of development: no claim."
     if plan.quick and plan.homes is not None:
         note = "Every third goal of these homes."
+    if plan.goals is not None:
+        note = f"The first {plan.goals} goals of each home."
     return single_goal_result(results, note)
 
 
@@ -139,7 +143,7 @@ def single_goal_result(results: Results, note: str = "") -> BenchResult:
     if headline is not None:
         best = _row(headline, scores[headline])
         keys = ("episodes", "success_rate", "success_low", "success_high", "others",
-                "others_success_rate", "spl", "false_claims")  # fmt: skip
+                "others_success_rate", "spl", "false_claims", "stuck")  # fmt: skip
         summary = {key: best[key] for key in keys} | {"steps_mean": best["steps"]}
     if DEFAULT in scores:
         summary |= compared.summary() | {
@@ -149,7 +153,13 @@ def single_goal_result(results: Results, note: str = "") -> BenchResult:
         }
     if EXACT in scores:
         summary |= calibration_cost(results.get(DEFAULT, ()), results[EXACT])
-    parts = [_main_table(scores), _ROOMS, _ablation(scores), compared.table("success")]
+    parts = [
+        _main_table(scores),
+        _stuck(results),
+        _ROOMS,
+        _ablation(scores),
+        compared.table("success"),
+    ]
     parts.append(calibration_section(results.get(DEFAULT, ()), results.get(EXACT, ())))
     parts.append(oracle_table(results))
     if headline is not None and headline in results:
@@ -186,6 +196,7 @@ def _row(name: str, score: NavigationScore) -> dict[str, object]:
         "others_success_rate": score.others.value,
         "spl": score.spl,
         "false_claims": score.said_wrongly.value,
+        "stuck": score.stuck,
         "steps": score.steps,
         "steps_of_successes": score.steps_of_successes,
         "path_of_successes": score.path_of_successes,
@@ -197,22 +208,40 @@ def _row(name: str, score: NavigationScore) -> dict[str, object]:
 
 def _main_table(scores: Mapping[str, NavigationScore]) -> str:
     header = ("method", "episodes", "SR", "95 % (Wilson)", "95 % over homes", "in COCO", "others",
-              "SPL", "steps", "steps of successes", "driven [m]", "shortest [m]", "collisions",
-              "median ATE [m]")  # fmt: skip
+              "SPL", "stuck", "steps", "steps of successes", "driven [m]", "shortest [m]",
+              "collisions", "median ATE [m]")  # fmt: skip
     rows = [
         [f"{method} ({paper_figures.MARK})", 54, str(all_), "-", "-", str(coco), str(others),
-         *["-"] * 7]
+         *["-"] * 8]
         for method, all_, coco, others in paper_figures.OBJECT_NAVIGATION
     ]  # fmt: skip
     rows += [
         [f"vizbot, {name}", score.success.trials, score.success, interval_text(score.success),
          percent_range(score.success_over_homes), score.coco, score.others, percent(score.spl),
-         _whole(score.steps), _whole(score.steps_of_successes), _tenths(score.path_of_successes),
-         _tenths(score.shortest_of_successes), score.collisions, score.ate]
+         score.stuck, _whole(score.steps), _whole(score.steps_of_successes),
+         _tenths(score.path_of_successes), _tenths(score.shortest_of_successes),
+         score.collisions, score.ate]
         for name, score in scores.items()
         if not _is_true(name)
     ]  # fmt: skip
     return markdown_table(header, rows)
+
+
+def _stuck(results: Results) -> str:
+    """What the column says, and of how many episodes it can say nothing."""
+    unknown = [
+        r for row in results.values() for r in row if not r.success and r.goals[0].stuck is None
+    ]
+    said = (
+        "Stuck are failed episodes that the robot ended because nothing brought it on, and those"
+        f" whose last {LAST} steps before the limit of steps lie within a circle of {RADIUS} m"
+        " radius."
+    )
+    if unknown:
+        said += (
+            f" Of {len(unknown)} failed ones it is not known: they were driven before it was kept."
+        )
+    return said
 
 
 def _ablation(scores: Mapping[str, NavigationScore]) -> str:

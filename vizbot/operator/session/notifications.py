@@ -47,6 +47,7 @@ _FEEDBACK = {
     Outcome.EXPLORED: Feedback.FOUND,
     Outcome.NOT_FOUND: Feedback.NOT_FOUND,
     Outcome.GAVE_UP: Feedback.STUCK,
+    Outcome.STUCK: Feedback.STUCK,
 }
 
 

@@ -17,6 +17,7 @@ const OUTCOMES = {
   located: "Done",
   explored: "Has seen all there is",
   gave_up: "Not done",
+  stuck: "Got stuck",
 };
 const GOOD = ["arrived", "located", "explored"];
 
