@@ -159,7 +159,8 @@ class RecordedSequence:
                     "give the calibration of these images, with depth registered to colour"
                 )
         rgb = np.ascontiguousarray(bgr[..., 2::-1], np.uint8)
-        depth = without_saturated(raw).astype(np.float32) / np.float32(self._depth_scale)
+        measured = without_saturated(raw.astype(np.uint16, copy=False)).astype(np.float32)
+        depth = measured / np.float32(self._depth_scale)
         return RGBDFrame(pair.stamp, rgb, depth, self._intrinsics, ImuSamples.none())
 
 

@@ -70,17 +70,17 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
         received += len(heard)
         for values in parser.feed(heard):
             # Its mode may be one too high.
-            reported = {each: values[each] for each in values if each != Packet.OI_MODE}
-            if (sound := odd_values.corrected(reported)) is not None:
+            sound = odd_values.corrected(dict(values) | {Packet.OI_MODE: 0})
+            if sound is not None:
                 frames.append({**sound, Packet.OI_MODE: values[Packet.OI_MODE]})
     state, offset = None, 0
     if frames:
-        values = frames[-1]
-        offset = 1 if values[Packet.OI_MODE] == BaseMode.PASSIVE + 1 else 0
-        mode = BaseMode(min(max(values[Packet.OI_MODE] - offset, 0), 3))
-        state = base_state(values, clock.now(), np.eye(4), mode)
-    sound = len(frames) * encoded_size(STREAMED)
-    spoilt = 1.0 - min(sound / received, 1.0) if received else 0.0
+        newest = frames[-1]
+        offset = 1 if newest[Packet.OI_MODE] == BaseMode.PASSIVE + 1 else 0
+        mode = BaseMode(min(max(newest[Packet.OI_MODE] - offset, 0), 3))
+        state = base_state(newest, clock.now(), np.eye(4), mode)
+    whole = len(frames) * encoded_size(STREAMED)
+    spoilt = 1.0 - min(whole / received, 1.0) if received else 0.0
     firmware = None if state is None or state.on_charger else _reset(port, clock)
     port.write(encode(Opcode.START))
     return BaseExamination(len(frames) / seconds, spoilt, state, offset, firmware)

@@ -70,7 +70,7 @@ def test_the_third_time_the_task_ends_with_its_reason(task):
     search.go(MOST * PATIENCE + 2.0)
     said = [each for _, each in search.said]
     assert [each.ended is None for each in said[:MOST]] == [True] * (MOST - 1) + [False]
-    outcome = Outcome.NOT_FOUND if task is GOAL else Outcome.GAVE_UP
+    outcome = Outcome.STUCK if task is GOAL else Outcome.GAVE_UP
     assert said[MOST - 1].ended == (outcome, REASON) and said[MOST - 1].twist == STOP
 
 

@@ -155,7 +155,7 @@ class ProgressGuard:
         account.in_vain = 0.0
         account.dropped += 1
         if account.dropped >= (1 if isinstance(task, ShortMove) else MOST):
-            outcome = Outcome.NOT_FOUND if isinstance(task, Goal) else Outcome.GAVE_UP
+            outcome = Outcome.STUCK if isinstance(task, Goal) else Outcome.GAVE_UP
             reason = "the robot does not move" if isinstance(task, ShortMove) else REASON
             return Decision(STOP, "stopped, nothing comes of it", ended=(outcome, reason))
         if account.newest is not None:
