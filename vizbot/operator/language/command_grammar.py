@@ -165,6 +165,7 @@ class Grammar:
     def forget(self) -> None:
         """Forget what was read before, as where reading is timed."""
         self._splitter.forget()
+        self._reader.forget()
 
     def literals(self, line: str) -> Sequence[str]:
         """The parts of a typed line that stand in quotes."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 from vizbot.operator.language.step_splitter import either
@@ -11,6 +12,8 @@ from vizbot.operator.language.wording import Wording
 
 _MOST_WORDS = 16
 """Words of a question among which a name is looked for."""
+_KEPT = 1024
+"""Words whose goals are kept."""
 _LONGEST_GOAL = 80
 """Letters of a step among which a goal ends."""
 _LONGEST_NAME = 4
@@ -61,6 +64,7 @@ class GoalReader:
             KeyError: it lacks something.
         """
         words = language["words"]
+        self._before_tails = lru_cache(_KEPT)(self._before_tail)  # many rules read the same goal
         self.is_name, self.knows = is_name, knows
         self._wording = wording
         self._pronouns = {word.casefold() for word in words["pronouns"]}
@@ -150,6 +154,13 @@ class GoalReader:
             words: They stand for a goal.
             bare: Whether no order stands before them.
         """
+        return self._before_tails(words, bare)
+
+    def forget(self) -> None:
+        """Forget the goals that are kept, as where reading is timed."""
+        self._before_tails.cache_clear()
+
+    def _before_tail(self, words: str, bare: bool) -> str:
         tails = self._bare_tail if bare else self._tail
         for found in tails.finditer(words[:_LONGEST_GOAL]):
             goal, tail = self.without_article(words[: found.start()]), words[found.start() :]

@@ -80,6 +80,10 @@ class Lexicon:
         self._own: dict[str, str] = {}
         for plain, name in self.offered.items():
             self._own.setdefault(names[plain], name)
+        self._longest: dict[str, int] = {}  # words of the longest name that begins with a word
+        for name in names:
+            first, *others = name.split() or [""]
+            self._longest[first] = max(self._longest.get(first, 0), 1 + len(others))
         words = {word for name in self.offered for word in name.split()}
         self._words = sorted({*words, *self._small})
 
@@ -104,8 +108,15 @@ class Lexicon:
 
     def knows(self, goal: str) -> bool:
         """Whether every word of a goal is known, and one of them is a name."""
-        meaning, _, beside = self._read(goal)
-        return meaning.known and not beside
+        words = [found[0].casefold() for found in _WORD.finditer(_plain(goal))]
+        named, i = False, 0
+        while i < len(words):
+            count, meant = self._name_at(words, i)
+            if meant is None and self._beside(words[i]) is None:
+                return False
+            named = named or meant is not None or words[i] in self.names
+            i += count
+        return named
 
     def own(self, words: str) -> str:
         """What people call a thing or room that the encoder has another word for."""
@@ -118,7 +129,7 @@ class Lexicon:
 
     def _read(self, goal: str) -> tuple[Meaning, list[str], list[str]]:
         """The meaning, without what may be meant instead; unknown words; those beside a name."""
-        text = goal.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
+        text = _plain(goal)
         tokens = list(_WORD.finditer(text))
         words = [token[0].casefold() for token in tokens]
         pieces, notes, named, end, i = [], [], False, 0, 0
@@ -154,7 +165,8 @@ class Lexicon:
 
     def _name_at(self, words: Sequence[str], i: int) -> tuple[int, str | None]:
         """Words of the longest name that begins there, and what it is to the encoder."""
-        for count in range(min(_LONGEST, len(words) - i), 0, -1):
+        longest = max(self._longest.get(form, 0) for form in singulars(words[i]))
+        for count in range(min(longest, _LONGEST, len(words) - i), 0, -1):
             last = i + count == len(words)
             if count == 1 and words[i] in self._small and not last:
                 break  # "light blue chair" is about no lamp
@@ -217,6 +229,10 @@ def translating_lexicon(
     translated = {word.casefold(): name for word, name in written.items()}
     beside = {word.casefold(): name for words, name in small.items() for word in words.split("|")}
     return Lexicon(translated, beside, unread, written)
+
+
+def _plain(goal: str) -> str:
+    return goal.replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")
 
 
 def _nearest(word: str, names: Iterable[str]) -> str | None:

@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 from vizbot.operator.language.notation import Pattern, read_pattern
+
+_KEPT = 4096
+"""First words whose rules are kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,10 +33,13 @@ class SentenceRule:
         """Whether some of its words may be any."""
         return self.pattern.has("{rest}")
 
+    def begins(self, word: str) -> bool:
+        """Whether it may read words that begin with this one."""
+        return not self._first_words or word in self._first_words
+
     def fits(self, said: Sequence[str]) -> bool:
-        """Whether it may read some words, at a first look."""
-        begins = not self._first_words or said[0] in self._first_words
-        return begins and not any(mark.isdisjoint(said) for mark in self._marks)
+        """Whether it may read some words that it may begin with, at a first look."""
+        return not any(mark.isdisjoint(said) for mark in self._marks)
 
     def read(self, words: str) -> re.Match[str] | None:
         """What it reads in some words; None where it does not read all of them."""
@@ -122,11 +128,17 @@ def readings(
     ways: Sequence[str], rules: Iterable[SentenceRule]
 ) -> Iterator[tuple[SentenceRule, re.Match[str]]]:
     """Each rule that reads the first way to read a step, then those that read another one."""
+    rules = tuple(rules)
     for way in ways:
         said = way.split(" ")
-        for rule in rules:
+        for rule in _beginning(rules, said[0]):
             if rule.fits(said) and (found := rule.read(way)) is not None:
                 yield rule, found
+
+
+@lru_cache(_KEPT)
+def _beginning(rules: tuple[SentenceRule, ...], word: str) -> tuple[SentenceRule, ...]:
+    return tuple(rule for rule in rules if rule.begins(word))
 
 
 def is_read(way: str, rules: Iterable[SentenceRule]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from math import pi, radians
 from typing import Any
 
@@ -25,6 +26,8 @@ from vizbot.operator.language.wording import Wording
 
 _LONGEST_UNKNOWN = 3
 """More words without any name are no thing that somebody looks for."""
+_KEPT = 1024
+"""Steps whose commands are kept."""
 _LEAST_ANGLE = 5.0
 """A smaller number in words is none of an angle [deg]."""
 _TURN, _WAY = pi / 2, 0.5
@@ -56,6 +59,9 @@ class StepReader:
         cannot = language["cannot"]
         able = f"({cannot['verbs']}) [{{rest}}]"
         self._maker, self._wording, self._goals = maker, wording, goals
+        self._commands = lru_cache(_KEPT)(
+            self._command
+        )  # a sentence's steps are read over and over
         self.rules = maker.rules({kind: language["commands"][kind] for kind in KINDS})
         self._loose = maker.rules(language["loose"])
         self._cannot_early = maker.rules({"cannot": cannot["early"]})
@@ -72,6 +78,14 @@ class StepReader:
             literals: What each mark in it stands for.
             bare: Whether a goal needs no words before it.
         """
+        return self._commands(step, tuple(literals), bare)
+
+    def forget(self) -> None:
+        """Forget the steps whose commands are kept, as where reading is timed."""
+        self._commands.cache_clear()
+        self._goals.forget()
+
+    def _command(self, step: SentenceStep, literals: tuple[str, ...], bare: bool) -> Command | None:
         forbids = self._wording.forbids(step.whole)
         if next(readings(step.ways, self._cannot_early), None) is not None:
             return Decline(Reason.CANNOT)
