@@ -91,7 +91,7 @@ def run_loop(bench: LoopBench) -> BenchResult:
             )
             for count in (FEW, MANY)
         )
-        waited = _waits(bench, str(recorded / "map"))
+        waited = _waits(bench)
     summary["longest_wait_ms"] = max(float(str(row["longest_ms"])) for row in waited)
     rows += waited
     text.append(_table("Waits for a growing map, a save, a console", waited))
@@ -126,11 +126,11 @@ def drive_in_process(drive: TimedDrive, cache: Path | None = None) -> Ticks:
     return read_ticks(_printed("ticks", drive, cache))
 
 
-def _waits(bench: LoopBench, map_folder: str) -> list[dict[str, object]]:
+def _waits(bench: LoopBench) -> list[dict[str, object]]:
     """One row for each size of the map: how long ticks waited, the median of all runs."""
     rows: list[dict[str, object]] = []
     for elements, saved in ((LARGE, True), (MANY, False)):
-        drive = WaitingDrive(bench.homes[0], GOAL, PEACE + bench.steps, map_folder, elements, saved)
+        drive = WaitingDrive(bench.homes[0], GOAL, PEACE + bench.steps, elements, saved)
         runs = [read_waits(_printed("waits", drive)) for _ in range(bench.runs)]
         row: dict[str, object] = {
             "elements": elements,

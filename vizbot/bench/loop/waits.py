@@ -2,10 +2,10 @@
 
     python -m vizbot.bench.loop.waits JSON
 
-A drive goes on in a map that is blown up, so that the first frame makes it grow past what it was
-saved with. After some ticks in peace people come: a console asks for words, rooms and a place again
-and again, and somebody saves the map. The first tick, which places the whole saved map while the
-robot stands, does not count.
+After a few ticks the map is blown up to exactly its number of elements, so that the next frame
+makes it grow past what it began with. After some more in peace people come: a console asks for
+words, rooms and a place again and again, and somebody saves the map. The tick that places the whole
+large map does not count.
 
 Waits are of two kinds. What the loop's thread does itself to let the map grow, to take snapshots
 and to do people's jobs is timed. What other threads hold of the interpreter is told by a thread
@@ -20,7 +20,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -29,18 +29,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
-from mapping import map_bundle
 from mapping.clip.encoder import ClipEncoder
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import Placement
 from mapping.clip.reading import Reading
-from mapping.map_bundle import MapBundle
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.bench.loop.ticks import blown_up
 from vizbot.core.errors import VizbotError
 from vizbot.core.garbage import keep_freed_memory
+from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.loop_jobs import LoopJobs
 from vizbot.operator.session.session import OperatorSession
@@ -49,11 +48,10 @@ from vizbot.rig import Rig, open_encoder
 
 DIMENSION = 512
 """Length of an embedding of ViT-B/32."""
-PEACE = 20
-"""Ticks before people come."""
+LARGE_FROM, PEACE = 10, 30
+"""Ticks before the map is large, and before people come."""
 _GROWING: tuple[tuple[Any, str], ...] = (
-    (ClipMap, "add"), (PlaceMap, "add"), (GrowingRows, "add"), (Placement, "place"),
-    (LoopJobs, "do_next"),
+    (ClipMap, "add"), (PlaceMap, "add"), (GrowingRows, "add"), (LoopJobs, "do_next"),
 )  # fmt: skip
 _BEAT = 0.002
 """Period of asking for the interpreter [s]."""
@@ -67,15 +65,13 @@ class WaitingDrive:
         world: The home.
         goal: What is searched for.
         count: Number of ticks.
-        map_folder: The map to begin in.
-        elements: Number of elements that it is blown up to.
+        elements: Number of elements that the map is blown up to.
         saved: Whether somebody saves the map meanwhile.
     """
 
     world: str
     goal: str
     count: int
-    map_folder: str
     elements: int
     saved: bool
 
@@ -223,6 +219,14 @@ class _People:
         for thread in self._threads:
             thread.start()
 
+    def end(self, jobs: LoopJobs) -> None:
+        """Wait for what they are doing; what they want of the loop is refused."""
+        self.over.set()
+        while any(thread.is_alive() for thread in self._threads):
+            jobs.cancel()
+            for thread in self._threads:
+                thread.join(_BEAT)
+
     def _ask(self) -> None:
         while not self.over.is_set():
             try:
@@ -246,18 +250,19 @@ class _People:
 def drive_with_people(drive: WaitingDrive, folder: Path) -> Waits:
     """Drive, and time the waits of every tick."""
     encoder = _WideEncoder(open_encoder(UNATTENDED.clip, UNATTENDED.device))
-    saved = _wide(blown_up(map_bundle.load(Path(drive.map_folder)), drive.elements))
     session, timer, own = OperatorSession(), SpanTimer(), []
     with (
         Rig(UNATTENDED, "sim", "sim", drive.world, first_goal=drive.goal) as rig,
         timer.installed(_GROWING),
     ):
-        pipeline = Pipeline(rig.devices, encoder, UNATTENDED, [session], saved_map=saved)
+        pipeline = Pipeline(rig.devices, encoder, UNATTENDED, [session])
         people = _People(LiveMap(session, folder), drive.saved)
         goal, heartbeat, in_peace = pipeline.goal(drive.goal), Heartbeat(), 0.0
         for number in range(drive.count):
-            if number == 1:
-                heartbeat.latest = 0.0  # the first tick opens and compiles
+            if number == LARGE_FROM:
+                _blow_up(pipeline, drive.elements)
+            if number == LARGE_FROM + 1:
+                heartbeat.latest = 0.0
             if number == PEACE:
                 in_peace, heartbeat.latest = heartbeat.latest, 0.0
                 people.begin()
@@ -265,22 +270,29 @@ def drive_with_people(drive: WaitingDrive, folder: Path) -> Waits:
             while session.jobs.do_next(pipeline):
                 pass
             step = pipeline.tick(goal)
-            if number:
+            if number > LARGE_FROM:
                 own.append(timer.spent)
             if step is None or step.ended is not None:
                 break
         held = heartbeat.latest
         heartbeat.stop()
-        people.over.set()
-        session.jobs.cancel()
+        people.end(session.jobs)
         pipeline.finish()
         elements = len(pipeline.map.perception.clip_map)
     return Waits(tuple(own), in_peace, held, people.answers, people.saves, elements)
 
 
-def _wide(bundle: MapBundle) -> MapBundle:
-    elements = replace(bundle.elements, embeddings=widened(bundle.elements.embeddings))
-    return replace(bundle, elements=elements, pictures=widened(bundle.pictures))
+def _blow_up(pipeline: Pipeline, count: int) -> None:
+    """Put a large map in the place of the robot's small one."""
+    perception = pipeline.map.perception
+    large = blown_up(perception.bundle(), count)
+    assert large.statistics is not None
+    perception.clip_map = ClipMap(DIMENSION, large.elements)
+    perception.places = PlaceMap(large.places)
+    perception._statistics = GrowingRows(large.statistics)
+    perception._placement = Placement()
+    frontiers = pipeline.map.exploration.frontiers
+    pipeline.map.search = BeliefSearch(UNATTENDED, frontiers)
 
 
 def read_waits(text: str) -> Waits:
