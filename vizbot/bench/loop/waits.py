@@ -4,12 +4,12 @@
 
 After a few ticks the map is blown up to exactly its number of elements, so that the next frame
 makes it grow past what it began with. After some more in peace people come: a console asks for
-words, rooms and a place again and again, and somebody saves the map. The tick that places the whole
-large map does not count.
+words, rooms and a place again and again, and somebody saves the map.
 
 Waits are of two kinds. What the loop's thread does itself to let the map grow, to take snapshots
 and to do people's jobs is timed. What other threads hold of the interpreter is told by a thread
-that wants it every 2 ms: how late it gets it at the most, above how late it was in peace.
+that wants it every 2 ms: how late it gets it at the most, above how late it was in peace. There the
+tick that places the whole large map does not count.
 """
 
 from __future__ import annotations
@@ -270,7 +270,7 @@ def drive_with_people(drive: WaitingDrive, folder: Path) -> Waits:
             while session.jobs.do_next(pipeline):
                 pass
             step = pipeline.tick(goal)
-            if number > LARGE_FROM:
+            if number >= LARGE_FROM:
                 own.append(timer.spent)
             if step is None or step.ended is not None:
                 break
