@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +14,10 @@ from mapping.clip.mapper import ClipElements
 from mapping.clip.place_rows import PlaceRows
 from mapping.keyframes.anchors import Cloud, Keyframes, KeyframeViews, Trajectory
 from mapping.map_bundle import MapBundle
-from mapping.odometry.features import Features
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
+
+if TYPE_CHECKING:  # its module loads OpenCV and numba
+    from mapping.odometry.features import Features
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,8 +55,8 @@ class MapSnapshot:
             model_id=self.model_id,
             intrinsics=self.intrinsics,
             T_base_cam=self.T_base_cam,
-            keyframes=Keyframes.of(self.keyframe_poses, self.keyframe_stamps),
-            views=KeyframeViews.of(self.features),
+            keyframes=Keyframes.with_poses(self.keyframe_poses, self.keyframe_stamps),
+            views=KeyframeViews.with_features(self.features),
             elements=self.elements,
             statistics=self.statistics,
             pictures=self.pictures,

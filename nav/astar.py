@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from nav.costmap import Costmap
 from nav.heap import sift_down, sift_up
 from nav.keep_out import way_out
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 
 ESCAPE_RADIUS = 0.35
 """Distance that a robot too near to an obstacle may drive before it must be clear of it [m]."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from nav.config import CostmapConfig
 from nav.keep_out import forbidden
 from vizbot.core.distance import distance_to_zero
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import OccupancyGrid
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.geometry import yaw_of
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, OccupancyGrid
 
 BLOCKING = 0.55

@@ -17,7 +17,7 @@ from nav.costmap import Costmap
 from nav.explored_area import BLOCKING, ExploredArea
 from nav.navigator import GoalPoints, Navigation, navigate
 from vizbot.core.geometry import wrap_angle, yaw_of
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, OccupancyGrid
 
 _CELLS_PER_POINT = 3

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nav.costmap import Costmap
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 
 NO_GOAL = -1
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from nav.astar import with_escape
 from nav.costmap import Costmap
 from nav.goal_region import clear_line
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import OccupancyGrid
 
 _NEAR = 4.0

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.mapper import patch_boxes
+from mapping.clip.patches import patch_boxes
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.interfaces import Clock

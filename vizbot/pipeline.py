@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.belief import PlaceBelief
-from mapping.clip.mapper import ALL_PIXELS, NEAR_MEDIAN
+from mapping.clip.patches import ALL_PIXELS, NEAR_MEDIAN
 from mapping.clip.scores import Background, Query
 from mapping.map_bundle import MapBundle, require_encoder
 from mapping.map_snapshot import MapSnapshot
@@ -34,6 +34,7 @@ from vizbot.objectnav.odometer import Odometer
 from vizbot.objectnav.paper_search import PaperSearch
 from vizbot.objectnav.tasks import Decision, Goal, Task, goal_of
 from vizbot.perception.depth_loss import DepthLossMonitor
+from vizbot.perception.first_frames import FirstFrames
 from vizbot.perception.interfaces import PerceptionParts
 from vizbot.perception.perception import Perception
 from vizbot.perception.sensor_reader import SensorReader, SensorReading
@@ -106,6 +107,7 @@ class Pipeline:
         self._sensors = SensorReader(
             devices, config.realsense.reconnect_timeout, config.roomba.reconnect_timeout
         )
+        self._first_frames = FirstFrames(devices.T_base_cam)
         self._depth_loss = DepthLossMonitor(config.frontier)
         self._docking = Docking(config.docking)
         self._blind_motion = BlindMotion(config.recovery.undocking, config.roomba.command_timeout)
@@ -188,12 +190,14 @@ class Pipeline:
             decision = self._decide_for_safety(task, tracked)
             if decision is not None or not self._continue_step(tracked):
                 return self._step(task, tracked, decision)
+        self._first_frames.note(None)
         return None
 
     def _track(self, reading: SensorReading) -> _TrackedFrame:
         """Work a frame into the poses and the obstacle map."""
         frame, state = reading.frame, reading.state
         self._newest = frame
+        self._first_frames.note(frame)
         if not self.map.has_frames:
             self.map.begin(self._new_perception(frame, self.map.saved))
         perception = self.map.perception

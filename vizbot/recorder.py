@@ -26,8 +26,8 @@ from vizbot.config import Config, write_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import GrowingFile, require_folder, write_whole
 from vizbot.core.interfaces import Clock, Pending
-from vizbot.core.interrupts import first_error, one_line
 from vizbot.core.observer import GoalReport, Step
+from vizbot.core.program.interrupts import first_error, one_line
 from vizbot.core.types import SE3, Twist
 
 log = logging.getLogger(__name__)

@@ -28,7 +28,7 @@ from vizbot.core.devices import Devices
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.geometry import yaw_of
 from vizbot.core.interfaces import Base, Camera
-from vizbot.core.interrupts import holding_interrupts
+from vizbot.core.program.interrupts import holding_interrupts
 from vizbot.core.types import Intrinsics
 from vizbot.mixed_devices import FollowedBase, WithoutImu
 

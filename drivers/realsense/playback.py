@@ -18,7 +18,7 @@ from typing import Self
 from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.recording_check import check_header
 from vizbot.core.errors import ConfigError, DeviceError, VizbotError
-from vizbot.core.interpreter import interpreter_command
+from vizbot.core.program.interpreter import interpreter_command
 from vizbot.core.types import Intrinsics, RGBDFrame
 
 

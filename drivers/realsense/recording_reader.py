@@ -26,8 +26,8 @@ from drivers.realsense.sdk import rs
 from drivers.realsense.streams import RealSenseStreams, frame_stamps
 from drivers.realsense.timestamps import FrameStamps
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError, VizbotError
-from vizbot.core.interpreter import end_when_left
-from vizbot.core.log_records import LogRecords
+from vizbot.core.program.interpreter import end_when_left
+from vizbot.core.program.log_records import LogRecords
 from vizbot.core.types import Intrinsics, RGBDFrame
 
 _SLICE = 0.02

@@ -53,11 +53,11 @@ def estimate_mount(frame: RGBDFrame) -> SE3 | None:
         None if the frame shows no floor: no plane at right angles to up, below the camera, with
         enough points on it and few beneath it.
     """
-    points = back_project(frame.depth, frame.intrinsics).astype(np.float64)
     usable = (frame.depth > DEPTHS[0]) & (frame.depth < DEPTHS[1])
     pixels = np.argwhere(usable)
     if len(pixels) < POINTS:
         return None
+    points = back_project(frame.depth, frame.intrinsics).astype(np.float64)
     rng = np.random.default_rng(0)
     # The floor may be a tenth of the image: three points drawn anywhere would hardly ever all be on
     # it, three neighbours often are.

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.evidence import NEAR
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 
 FIELDS = 14
 """Numbers that are kept of a place."""

@@ -30,7 +30,9 @@ class Keyframes:
     Ts_map_cam: NDArray[np.float64]
 
     @classmethod
-    def of(cls, keyframe_poses: Mapping[int, SE3], stamps: Mapping[int, float]) -> Keyframes:
+    def with_poses(
+        cls, keyframe_poses: Mapping[int, SE3], stamps: Mapping[int, float]
+    ) -> Keyframes:
         """All keyframes that have a pose, with the stamps [s] of their frames."""
         ids = sorted(keyframe_poses)
         return cls(
@@ -71,7 +73,7 @@ class KeyframeViews:
         )
 
     @classmethod
-    def of(cls, features: Mapping[int, Features]) -> KeyframeViews:
+    def with_features(cls, features: Mapping[int, Features]) -> KeyframeViews:
         """Join the corners of keyframes."""
         ids = sorted(features)
         if not ids:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mapping.occupancy.config import ScanConfig
 from mapping.occupancy.planar_scan import BEARINGS, OBSTACLE, PlanarScan
 from vizbot.core.geometry import yaw_of
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, OccupancyGrid
 
 _BLOCK = 64

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.occupancy.config import ScanConfig
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
 
 BEARINGS = 720

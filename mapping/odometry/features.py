@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.odometry.config import FeatureConfig
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import RGBDFrame
 
 _CELL = 16

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3
 
 Matches: TypeAlias = tuple[

@@ -17,7 +17,7 @@ from scipy.special import ndtri
 
 from sim_stubs.realsense.config import DepthNoiseConfig
 from vizbot.core.geometry import transform
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
 
 NORMAL = ndtri((np.arange(256) + 0.5) / 256).astype(np.float32)

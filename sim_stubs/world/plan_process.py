@@ -13,7 +13,7 @@ import sys
 from typing import TYPE_CHECKING, Any, Self
 
 from sim_stubs.world.body import Outline
-from vizbot.core.interpreter import end_when_left
+from vizbot.core.program.interpreter import end_when_left
 
 if TYPE_CHECKING:  # its module loads what the other process is there for
     from sim_stubs.world.world_plan import HouseShape, WorldPlan

@@ -25,8 +25,8 @@ from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.world.lighting import LAMP, Lighting, lamp_weights
 from sim_stubs.world.visibility import Visibility
 from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.core.interrupts import is_interrupt
-from vizbot.core.kernels import njit
+from vizbot.core.program.interrupts import is_interrupt
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
 
 REMEDY = "apt-get install libegl1 libgl1"

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.homes.geometry.solids import triangles
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
 
 CELL = 1.0

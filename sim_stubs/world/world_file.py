@@ -17,8 +17,8 @@ from pathlib import Path
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.world.world_spec import MJCF, require_world
 from vizbot.core.errors import ConfigError, VizbotError
-from vizbot.core.interpreter import end_when_left, interpreter_command
-from vizbot.core.log_records import LogRecords
+from vizbot.core.program.interpreter import end_when_left, interpreter_command
+from vizbot.core.program.log_records import LogRecords
 
 _PROCESSOR, _MEMORY = 20, 2_000_000_000
 """Most processor time [s] and memory [bytes] to read a world; homes by others take a tenth."""

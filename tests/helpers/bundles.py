@@ -83,7 +83,7 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         model_id=model_id,
         intrinsics=Intrinsics(640, 480, 600.5, 601.25, 320.0, 239.5),
         T_base_cam=random_pose(rng),
-        keyframes=Keyframes.of(poses, record.keyframe_stamps),
+        keyframes=Keyframes.with_poses(poses, record.keyframe_stamps),
         views=KeyframeViews(
             rng.uniform(0, 640, (2 * len(poses), 2)).astype(np.float32),
             rng.integers(0, 2**63, (2 * len(poses), 4)).astype(np.uint64),

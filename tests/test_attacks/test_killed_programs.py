@@ -18,7 +18,7 @@ from sim_stubs.world.free_floor import FreeFloor
 from tests.helpers import filmed_room
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.tools.interrupted_runs import ROOM
-from vizbot.core.interpreter import interpreter_command
+from vizbot.core.program.interpreter import interpreter_command
 
 _MARK = "VIZBOT_TEST_MARK"
 SOON = 3.0
@@ -171,7 +171,7 @@ def test_the_decoder_of_speech_ends_when_nobody_reads_what_it_decodes():
 
 def test_what_computes_without_a_pause_ends_with_the_other_end_of_its_pipe():
     busy = (
-        "from vizbot.core.interpreter import end_when_left; end_when_left(1)\n"
+        "from vizbot.core.program.interpreter import end_when_left; end_when_left(1)\n"
         "print('on', flush=True)\nwhile True: pass"
     )
     with subprocess.Popen([sys.executable, "-c", busy], stdout=subprocess.PIPE) as computing:

@@ -5,7 +5,7 @@ import pytest
 
 from mapping.clip.config import ClipMapperConfig
 from mapping.clip.footprint import PLACE, footprint
-from mapping.clip.mapper import patch_boxes
+from mapping.clip.patches import patch_boxes
 from vizbot.core.geometry import transform
 from vizbot.core.types import Intrinsics
 

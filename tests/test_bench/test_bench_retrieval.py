@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mapping.clip.config import ClipMapperConfig
-from mapping.clip.mapper import patch_boxes
+from mapping.clip.patches import patch_boxes
 from vizbot.bench.episodes.episode import (
     BelievedAnswer,
     ExplorationResult,

@@ -14,7 +14,7 @@ from tests.helpers.checkout import ROOT
 from vizbot import __version__
 from vizbot.cli import app as cli
 from vizbot.core.errors import DeviceError
-from vizbot.core.interrupts import is_interrupt
+from vizbot.core.program.interrupts import is_interrupt
 from vizbot.doctor import Finding, Grade
 
 

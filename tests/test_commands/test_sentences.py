@@ -90,7 +90,7 @@ def test_several_texts_are_one_mission(client, session):
     remote.ask(client, ["the sofa", "find the bed right now", "dock"], at_once=False, wait=False)
     assert requests(session) == ["the sofa", "bed", Task.DOCK, "lamp"]
     remote.ask(
-        client, [f'"thing {number:0183d}"' for number in range(20)], at_once=False, wait=False
+        client, [f'"thing {number:013d}"' for number in range(20)], at_once=False, wait=False
     )
     assert len(requests(session)) == 24
 

@@ -43,7 +43,9 @@ def vizbot(tmp_path):
 
 
 def test_launch_without_devices_names_them(vizbot):
-    ended = vizbot("launch", "--config", "launch.toml", "--force", "--port", "0")
+    ended = vizbot(
+        "launch", "--config", "launch.toml", "--force", "--port", "0", "--clip", "embedded"
+    )
     assert ended.returncode == 1 and "mujoco" not in ended.stderr
     assert "no RealSense camera found" in ended.stderr and "/dev/ttyNONE" in ended.stderr
 

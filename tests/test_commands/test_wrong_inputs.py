@@ -148,8 +148,8 @@ TABLE = """
     dry-run sofa --serve --port 0 --tls-certificate a.pem --tls-key a.pem | cannot be used | PEM
     dry-run sofa --serve --port 0 --speech nosuch | 'nosuch' | tiny.en
     dry-run sofa --serve --port 0 --speech notes | notes holds no model.bin | faster-whisper
-    launch --port PORT | :PORT: Address already in use | --port
-    launch --port 0 --tls-key a.pem | --tls-key a.pem | give both
+    launch --port PORT --clip embedded | :PORT: Address already in use | --port
+    launch --port 0 --tls-key a.pem --clip embedded | --tls-key a.pem | give both
     launch --config nowhere.toml | nowhere.toml | give a TOML file
     launch --map nowhere | no map at nowhere | map list | map build
     launch --clip nosuch | 'nosuch' | ViT-B/32

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from vizbot.core.garbage import collecting_afterwards
+from vizbot.core.program.garbage import collecting_afterwards
 
 
 def test_garbage_is_collected_after_the_block_and_not_in_it():
@@ -46,7 +46,7 @@ def test_what_was_loaded_is_never_gone_through_again():
 
 _CODE = """
 import resource, threading
-from vizbot.core.garbage import keep_freed_memory
+from vizbot.core.program.garbage import keep_freed_memory
 
 def faults():
     return resource.getrusage(resource.RUSAGE_SELF).ru_minflt

@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from vizbot.core import interrupts
-from vizbot.core.interrupts import (
+from vizbot.core.program import interrupts
+from vizbot.core.program.interrupts import (
     ending_on_signals,
     first_error,
     holding_interrupts,

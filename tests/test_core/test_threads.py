@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from vizbot.core.threads import keep_a_core_free, let_threads_sleep
+from vizbot.core.program.threads import keep_a_core_free, let_threads_sleep
 
 
 @pytest.fixture(autouse=True)

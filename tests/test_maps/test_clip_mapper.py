@@ -8,14 +8,8 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from mapping.clip.config import ClipMapperConfig
-from mapping.clip.mapper import (
-    ALL_PIXELS,
-    ClipMap,
-    FrameElements,
-    embed_frame,
-    patch_boxes,
-    patch_points,
-)
+from mapping.clip.mapper import ClipMap, FrameElements
+from mapping.clip.patches import ALL_PIXELS, embed_frame, patch_boxes, patch_points
 from vizbot.core.geometry import back_project, transform
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 

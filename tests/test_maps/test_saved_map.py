@@ -88,7 +88,7 @@ def test_a_kept_run_is_older_than_the_one_that_goes_on():
         stamps = record.trajectory.stamps
         np.testing.assert_allclose(stamps, bundle.trajectory.stamps - late)
         assert stamps[-1] < began
-        again = Keyframes.of(bundle.keyframes.poses(), record.keyframe_stamps)
+        again = Keyframes.with_poses(bundle.keyframes.poses(), record.keyframe_stamps)
         np.testing.assert_array_equal(again.ids, bundle.keyframes.ids)
         np.testing.assert_allclose(again.stamps, bundle.keyframes.stamps - late)
 

@@ -11,7 +11,7 @@ from numba.core.dispatcher import Dispatcher
 
 from tests.helpers.checkout import ROOT
 from vizbot.config import Config
-from vizbot.core import kernel_folder
+from vizbot.core.program import kernel_folder
 from vizbot.pipeline import Pipeline
 from vizbot.rig import Rig
 

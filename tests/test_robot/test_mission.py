@@ -25,12 +25,12 @@ class ScriptedPipeline:
             return None
         self.steps += 1
         if goal is Task.MAP:
-            return SimpleNamespace(ended=None)
+            return SimpleNamespace(ended=None, question=None)
         self.script[goal.text] -= 1
         if self.script[goal.text] < 0:
             raise DeviceError("the camera is gone")
         arrived = self.script[goal.text] == 0
-        return SimpleNamespace(ended=(Outcome.ARRIVED, "near") if arrived else None)
+        return SimpleNamespace(ended=(Outcome.ARRIVED, "near") if arrived else None, question=None)
 
     def finish(self):
         self.diary.append("finish")

@@ -17,7 +17,7 @@ from sim_stubs.clock import SimulatedClock
 from tests.helpers.box_room import CAMERA, T_BASE_CAM, dead_reckoning, lap, render
 from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import invert, planar, transform
-from vizbot.core.interrupts import ending_on_signals
+from vizbot.core.program.interrupts import ending_on_signals
 from vizbot.perception.perception import Perception
 
 AT_ONCE = PerceptionConfig(embedding_latency=0.0)

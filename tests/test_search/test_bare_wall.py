@@ -4,7 +4,15 @@ import numpy as np
 
 from mapping.occupancy.depth_mapper import DepthMapper
 from nav.config import FrontierConfig
-from tests.helpers.plan_robot import BARE, MATT, MOUNT, PlanWorld, plan_config, plan_goal, robot_on
+from tests.test_search.plan_robot import (
+    BARE,
+    MATT,
+    MOUNT,
+    PlanWorld,
+    plan_config,
+    plan_goal,
+    robot_on,
+)
 from vizbot.behaviours.progress_guard import ProgressGuard
 from vizbot.behaviours.vision_recovery import VisionRecovery
 from vizbot.core.geometry import planar

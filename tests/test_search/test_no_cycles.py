@@ -9,7 +9,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from tests.helpers.plan_robot import (
+from tests.test_search.plan_robot import (
     BARE,
     CELL,
     GLASS,

@@ -59,7 +59,7 @@ def resumed(
     ids = np.array(sorted(poses), np.int32)
     again.start_in_map(
         Keyframes(ids, np.zeros(len(ids)), np.array([poses[i] for i in ids])),
-        KeyframeViews.of(slam.features()),
+        KeyframeViews.with_features(slam.features()),
     )
     return again
 

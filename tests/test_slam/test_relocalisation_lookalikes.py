@@ -22,7 +22,7 @@ def on_floor(frame):
 
 def map_of(known, T_map_again=None):
     """Keyframes and views of what a robot has seen, perhaps a second time elsewhere."""
-    poses, views = known.keyframe_poses(), KeyframeViews.of(known.features())
+    poses, views = known.keyframe_poses(), KeyframeViews.with_features(known.features())
     ids = np.array(sorted(poses), np.int32)
     Ts_map_cam = np.array([poses[i] for i in ids])
     if T_map_again is not None:

@@ -8,6 +8,7 @@ import pytest
 
 from sim_stubs.homes.vocabulary import GROUPS, ROOMS, SYNONYMS, THINGS
 from tests.helpers.checkout import ROOT
+from vizbot.behaviours.base_mode import MAYBE_MOVED
 from vizbot.objectnav import reasons
 from vizbot.objectnav.option import Option
 from vizbot.operator.language.command import GoTo, WhereIs, goals_of
@@ -141,6 +142,7 @@ def activities():
                 found |= {said.value} if isinstance(said, ast.Constant) else set()
     touched = {"a bump", "an edge", "a virtual wall", "a stuck wheel"}
     others = {"starting", "exploring", "looking closer", "going to what was found"}
+    others |= {MAYBE_MOVED.text}
     return found | others | {f"backing off after {what}" for what in touched}
 
 

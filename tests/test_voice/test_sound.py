@@ -10,7 +10,7 @@ import pytest
 
 from tests.fuzz.sounds import RECORDED, encoded, recorded_by
 from tests.helpers.checkout import ROOT
-from vizbot.core.interpreter import interpreter_command
+from vizbot.core.program.interpreter import interpreter_command
 from vizbot.operator.voice import sound
 from vizbot.operator.voice.sound import SoundError, read_sound
 from vizbot.operator.voice.sound_decoder import RATE

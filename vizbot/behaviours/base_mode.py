@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from vizbot.core.observer import Outcome, Question
+from vizbot.core.observer import OpenQuestion, Outcome
 from vizbot.core.types import STOP, BaseState
 from vizbot.objectnav.tasks import Decision
 
-MAYBE_MOVED = Question(
+MAYBE_MOVED = OpenQuestion(
     "somebody may have moved me: go on?",
     "somebody may have moved the robot while its base was not heard; look at it and start again,"
     " or set resume_safe in [roomba]",

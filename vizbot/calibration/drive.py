@@ -17,7 +17,7 @@ from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import back_project, camera_mount, invert, mount_angles
-from vizbot.core.interrupts import holding_interrupts, raise_held_interrupt
+from vizbot.core.program.interrupts import holding_interrupts, raise_held_interrupt
 from vizbot.core.types import (
     SE3,
     STOP,

@@ -32,10 +32,10 @@ from vizbot.commands.options import (
     VerboseOption,
 )
 from vizbot.core.errors import ConfigError, VizbotError
-from vizbot.core.garbage import collecting_afterwards, keep_freed_memory
-from vizbot.core.interrupts import ending_on_signals, is_interrupt
-from vizbot.core.kernel_folder import is_empty
-from vizbot.core.threads import keep_a_core_free, let_threads_sleep
+from vizbot.core.program.garbage import collecting_afterwards, keep_freed_memory
+from vizbot.core.program.interrupts import ending_on_signals, is_interrupt
+from vizbot.core.program.kernel_folder import is_empty
+from vizbot.core.program.threads import keep_a_core_free, let_threads_sleep
 from vizbot.operator.printing import echo
 
 Command = TypeVar("Command", bound=Callable[..., None])

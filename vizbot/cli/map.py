@@ -9,7 +9,7 @@ import typer
 
 from vizbot.cli.flags import with_options
 from vizbot.commands.options import JsonOption, MapArgument, MapBuildOptions, MapQueryOptions
-from vizbot.core.garbage import collecting_afterwards
+from vizbot.core.program.garbage import collecting_afterwards
 
 SavedName = Annotated[
     str, typer.Argument(metavar="NAME", help="Of a saved map, as `vizbot map list` shows it.")

@@ -11,8 +11,8 @@ from sim_stubs.world.plan_process import PlanProcess
 from vizbot.commands.open_run import OpenRun, open_run
 from vizbot.commands.options import DryRunOptions
 from vizbot.commands.run_plan import DryRunPlan
-from vizbot.core.interrupts import first_error, one_line
 from vizbot.core.observer import Outcome
+from vizbot.core.program.interrupts import first_error, one_line
 from vizbot.mission import advise, drive_to_all, watch
 from vizbot.mission import explore as explore_all
 from vizbot.objectnav.tasks import Task

@@ -12,8 +12,8 @@ from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.commands.serve import ServedRun
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
-from vizbot.core.interrupts import first_error, one_line
 from vizbot.core.normal_text import seen_text
+from vizbot.core.program.interrupts import first_error, one_line
 from vizbot.core.types import Feedback
 from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service

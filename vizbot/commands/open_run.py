@@ -22,9 +22,13 @@ from vizbot.commands.progress import Progress, parts_with_bank
 from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.config import Config
-from vizbot.core.garbage import collecting_afterwards
-from vizbot.core.interrupts import first_error, holding_interrupts, letting_interrupts_through
 from vizbot.core.observer import Observer
+from vizbot.core.program.garbage import collecting_afterwards
+from vizbot.core.program.interrupts import (
+    first_error,
+    holding_interrupts,
+    letting_interrupts_through,
+)
 from vizbot.operator.printing import echo
 from vizbot.operator.report.report import Report
 from vizbot.operator.session.notifications import OutcomeFeedback

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from vizbot.config import ObjectNavConfig
 from vizbot.core.devices import Devices
-from vizbot.core.interrupts import is_interrupt
+from vizbot.core.program.interrupts import is_interrupt
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service

@@ -17,7 +17,7 @@ from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable
 from vizbot.core.geometry import planar
-from vizbot.core.interrupts import ended_by_interrupt
+from vizbot.core.program.interrupts import ended_by_interrupt
 from vizbot.operator.printing import echo
 from vizbot.operator.typed_lines import typed_lines
 

@@ -11,7 +11,7 @@ from vizbot.commands.options import TeleopOptions
 from vizbot.commands.remote import whoami
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
-from vizbot.core.interrupts import ended_by_interrupt
+from vizbot.core.program.interrupts import ended_by_interrupt
 from vizbot.operator.client.remote_drive import RemoteDrive
 from vizbot.operator.client.robot_client import robot_client
 from vizbot.operator.printing import PrintableFormatter, echo

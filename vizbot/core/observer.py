@@ -116,7 +116,7 @@ def headline(goal: str, outcome: Outcome, effort: Effort | None) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class OpenQuestion:
     """What only a person can say; the robot rests until somebody says to go on.
 
     Attributes:
@@ -198,7 +198,7 @@ class Step:
     seen_share: float | None = None
     candidate_xy: NDArray[np.float64] | None = None
     decided_score: float | None = None
-    question: Question | None = None
+    question: OpenQuestion | None = None
 
     @property
     def shown_score(self) -> float | None:

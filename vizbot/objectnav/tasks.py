@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.background.phrases import other_rooms
-from vizbot.core.observer import Outcome, Question
+from vizbot.core.observer import OpenQuestion, Outcome
 from vizbot.core.types import Twist
 
 if TYPE_CHECKING:  # their modules load torch and numba
@@ -112,7 +112,7 @@ class Decision:
     ended: tuple[Outcome, str] | None = None
     why: str = ""
     score: float | None = None
-    question: Question | None = None
+    question: OpenQuestion | None = None
     leaves_dock: bool = False
     idle: bool = False
     way_left: float | None = None

@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.mapper import NEAR_MEDIAN
+from mapping.clip.patches import NEAR_MEDIAN
 from mapping.clip.scores import Background
 from mapping.odometry.features import Features
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame

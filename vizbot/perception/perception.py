@@ -14,7 +14,8 @@ from mapping.calibration.floor_level import estimate_mount
 from mapping.clip.belief import Belief, PlaceBelief
 from mapping.clip.footprint import Footprint, footprint
 from mapping.clip.growing_rows import GrowingRows
-from mapping.clip.mapper import ClipMap, FrameElements, embed_frame
+from mapping.clip.mapper import ClipMap, FrameElements
+from mapping.clip.patches import embed_frame
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import PlacedElements, Placement
 from mapping.clip.scores import NO_PICTURES, NO_STATISTICS, Background
@@ -27,7 +28,7 @@ from vizbot.config import PerceptionConfig
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import back_project, camera_mount, invert
 from vizbot.core.interfaces import Clock, Pending
-from vizbot.core.interrupts import holding_interrupts
+from vizbot.core.program.interrupts import holding_interrupts
 from vizbot.core.types import (
     SE3,
     OccupancyGrid,

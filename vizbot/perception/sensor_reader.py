@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.interfaces import Base
-from vizbot.core.interrupts import raise_held_interrupt
+from vizbot.core.program.interrupts import raise_held_interrupt
 from vizbot.core.types import STOP, BaseState, RGBDFrame
-from vizbot.perception.first_frames import FirstFrames
 
 log = logging.getLogger(__name__)
 
@@ -48,7 +47,6 @@ class SensorReader:
         self._camera_silent_since: float | None = None
         self._base_silent_since: float | None = None
         self._base_back_since: float | None = None
-        self._first_frames = FirstFrames(devices.T_base_cam)
 
     def next(self) -> SensorReading | None:
         """The next frame and the state of the base; None at the end of a recording.
@@ -80,7 +78,6 @@ class SensorReader:
                 silence = self._devices.clock.now() - self._camera_silent_since
                 log.warning("the camera sees again after %.1f s", silence)
                 self._camera_silent_since = None
-            self._first_frames.note(frame)
             return frame
 
     def _wait_for_camera(self, error: DeviceTimeoutError) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 from numba import b1, f8
 from numpy.typing import NDArray
 
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 
 
 def is_within(

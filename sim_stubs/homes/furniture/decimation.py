@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sim_stubs.homes.furniture.wavefront import Surface
-from vizbot.core.kernels import njit
+from vizbot.core.program.kernels import njit
 
 _NEIGHBOURS = 24
 """Original corners looked at for the triangle under a new corner: enough for a fan or two."""

@@ -44,6 +44,7 @@ _VIEWS = (
     "sim_stubs",
     "mapping/clip/footprint.py",
     "mapping/clip/mapper.py",
+    "mapping/clip/patches.py",
     "mapping/occupancy/planar_scan.py",
     "vizbot/bench/fast_world/places.py",
     "vizbot/bench/fast_world/views.py",

@@ -15,7 +15,7 @@ import typer
 from numpy.typing import NDArray
 
 from mapping.clip.background.pictures import ACROSS, EDGE, FILE
-from mapping.clip.mapper import patch_boxes
+from mapping.clip.patches import patch_boxes
 from vizbot.bench.episodes.homes import open_benchmark_home
 from vizbot.bench.fast_world.places import Places
 from vizbot.bench.fast_world.views import HEADINGS

@@ -24,7 +24,7 @@ from rich.live import Live
 from rich.text import Text
 
 from vizbot.core.errors import VizbotError
-from vizbot.core.interpreter import end_when_left
+from vizbot.core.program.interpreter import end_when_left
 
 J = TypeVar("J")
 R = TypeVar("R")

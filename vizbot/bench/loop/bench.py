@@ -23,7 +23,7 @@ from vizbot.bench.loop.ticks import Ticks, TimedDrive, read_ticks
 from vizbot.bench.loop.tree import HERE, Tree, checked_out
 from vizbot.bench.loop.waits import PEACE, WaitingDrive, Waits, read_waits
 from vizbot.core.errors import VizbotError
-from vizbot.core.threads import keep_a_core_free, let_threads_sleep
+from vizbot.core.program.threads import keep_a_core_free, let_threads_sleep
 from vizbot.operator.printing import echo
 
 NAME = "loop"

@@ -23,8 +23,8 @@ from mapping.clip.place_rows import PlaceRows
 from mapping.map_bundle import MapBundle
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.bench.loop.stages import REST, StageTime, StageTimer
-from vizbot.core.garbage import keep_freed_memory
 from vizbot.core.observer import Observer
+from vizbot.core.program.garbage import keep_freed_memory
 from vizbot.operator.report.report import Report
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder

@@ -38,7 +38,7 @@ from mapping.clip.reading import Reading
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.bench.loop.ticks import blown_up
 from vizbot.core.errors import VizbotError
-from vizbot.core.garbage import keep_freed_memory
+from vizbot.core.program.garbage import keep_freed_memory
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.loop_jobs import LoopJobs
@@ -178,7 +178,7 @@ class SpanTimer:
         return timed
 
 
-class Heartbeat:
+class LoopHeartbeat:
     """A thread that wants the interpreter all the time.
 
     Attributes:
@@ -257,7 +257,7 @@ def drive_with_people(drive: WaitingDrive, folder: Path) -> Waits:
     ):
         pipeline = Pipeline(rig.devices, encoder, UNATTENDED, [session])
         people = _People(LiveMap(session, folder), drive.saved)
-        goal, heartbeat, in_peace = pipeline.goal(drive.goal), Heartbeat(), 0.0
+        goal, heartbeat, in_peace = pipeline.goal(drive.goal), LoopHeartbeat(), 0.0
         for number in range(drive.count):
             if number == LARGE_FROM:
                 _blow_up(pipeline, drive.elements)

@@ -80,7 +80,7 @@ def random_starts(
     poses = np.array([saved.keyframe_poses()[i] for i in ids])
     keyframes, views = (
         Keyframes(np.array(ids, np.int32), np.zeros(len(ids)), poses),
-        KeyframeViews.of(saved.features()),
+        KeyframeViews.with_features(saved.features()),
     )
     mount, settings = config.mount.T_base_cam, config.perception
     results = []

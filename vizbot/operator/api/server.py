@@ -16,7 +16,7 @@ from typing import Self
 
 import uvicorn
 
-from vizbot.core.interpreter import interpreter_command
+from vizbot.core.program.interpreter import interpreter_command
 from vizbot.operator.api.app import build_app, build_stop_app
 from vizbot.operator.api.auth import App, Guard, own_token, store_token
 from vizbot.operator.api.connections import acceptor

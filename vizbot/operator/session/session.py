@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.observer import Candidate, GoalReport, Outcome, Question, Step
+from vizbot.core.observer import Candidate, GoalReport, OpenQuestion, Outcome, Step
 from vizbot.core.types import BaseState, Feedback
 from vizbot.operator.figures.step_rate import StepRate
 from vizbot.operator.figures.track import Track
@@ -235,7 +235,7 @@ class OperatorSession:
             raise ConfigError("the robot was stopped meanwhile; ask again")
 
     @property
-    def question(self) -> Question | None:
+    def question(self) -> OpenQuestion | None:
         """What the robot asks; it rests until somebody says to go on. None where it asks nothing.
 
         Unlike a verdict on an arrival, every task waits for the answer.

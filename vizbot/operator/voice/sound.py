@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.interpreter import interpreter_command
+from vizbot.core.program.interpreter import interpreter_command
 from vizbot.operator.voice.sound_container import container_of
 from vizbot.operator.voice.sound_decoder import REFUSED, UNREADABLE
 

@@ -16,7 +16,7 @@ from itertools import chain
 
 import av
 
-from vizbot.core.interpreter import end_when_left
+from vizbot.core.program.interpreter import end_when_left
 from vizbot.operator.voice.sound_container import CODECS, SoundContainer, is_whole
 
 RATE = 16000

@@ -11,7 +11,7 @@ from tempfile import mkdtemp
 import numba
 from numba import njit
 
-from vizbot.core.kernel_folder import VARIABLE, can_keep
+from vizbot.core.program.kernel_folder import VARIABLE, can_keep
 
 __all__ = ["njit"]
 

@@ -1,0 +1,1 @@
+"""The program itself: its interpreter, threads, memory, signals, log and compiled kernels."""
