@@ -97,11 +97,16 @@ def flatten(
 
 
 def scan_of_obstacles(points: NDArray[np.float64], config: ScanConfig) -> PlanarScan:
-    """The scan that shows obstacles at points (N, 2) x, y in its level frame [m], nothing else."""
-    evidence = np.zeros((BEARINGS, int(np.ceil(config.max_range / config.range_step))), np.uint8)
+    """The scan that shows obstacles at points (N, 2) x, y in its level frame [m], nothing else.
+
+    Points beyond the scan's range are left out.
+    """
+    ranges = int(np.ceil(config.max_range / config.range_step))
+    evidence = np.zeros((BEARINGS, ranges), np.uint8)
     for x, y in points:
         reached = int(np.hypot(x, y) / config.range_step)
-        evidence[bearing_bin(x, y, BEARINGS), reached] = OBSTACLE
+        if reached < ranges:
+            evidence[bearing_bin(x, y, BEARINGS), reached] = OBSTACLE
     return PlanarScan(0, evidence.shape, zlib.compress(evidence.tobytes(), 1))
 
 

@@ -43,6 +43,12 @@ def course(count=60, period=1 / 30, **values):
     ]
 
 
+@pytest.mark.parametrize("count", [6, 49, 50, 51, 60])
+def test_what_is_wrong_is_said_once_however_many_frames_there_are(caplog, count):
+    frames = [room(stamp=float(index)) for index in range(count)]
+    assert len(said(caplog, frames)) == 1
+
+
 @pytest.mark.parametrize("count", [0, 1, 4, 60])
 def test_good_frames_give_no_warning(caplog, count):
     assert said(caplog, course(count)) == []

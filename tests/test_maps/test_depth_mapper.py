@@ -230,3 +230,11 @@ def test_a_camera_that_nods_sees_no_holes_in_a_floor_that_is_whole(pitch):
         mapper.integrate(0, np.eye(4), T_map_cam, depth_of(nodding, rng=rng), INTRINSICS)
     near = occupied_xy(mapper.grid())
     assert not (np.linalg.norm(near, axis=1) < 2.5).any()
+
+
+def test_an_inferred_obstacle_beyond_the_range_of_scans_is_left_out():
+    mapper = DepthMapper(DepthMapperConfig())
+    reach = DepthMapperConfig().scan.max_range
+    mapper.infer_obstacle(planar(0.0, 0.0, 0.0), np.array([[1.0, 0.0], [reach + 0.5, 0.0]]))
+    walls = occupied_xy(mapper.grid())
+    assert len(walls) and np.linalg.norm(walls - (1.0, 0.0), axis=1).max() < 0.11

@@ -56,7 +56,7 @@ class FirstFrames:
             return
         if frame is not None:
             self._look(frame)
-        if (frame is None and self._frames < _FRAMES) or self._frames == _FRAMES:
+        if self._frames == _FRAMES if frame is not None else self._frames < _FRAMES:
             self._judge_depth()
             self._judge_stamps()
         enough = self._frames >= _FRAMES and len(self._heights) >= _VIEWS

@@ -89,7 +89,7 @@ class PerceptionParts:
         slam: Instead of `mapping.slam.slam.Slam`; its `map` begins where the base stands.
         depth_mapper: Instead of `mapping.occupancy.depth_mapper.DepthMapper`.
         background: Embeds the background phrases, or returns them where it has done so before.
-        patch_spreads: Which pixels give a patch its point, as of `mapper.patch_points`.
+        patch_spreads: Which pixels give a patch its point, as of `patches.patch_points`.
     """
 
     slam: PoseEstimator | None = None
