@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.behaviours.errand import Errand
+from vizbot.behaviours.second_try import IN_VAIN
 from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
@@ -50,7 +51,6 @@ _PLACE = 0.5
 """Turns in cells of this size are turns on one spot [m]."""
 _SECTOR = 30.0
 """A turn on a spot shows another side every so many degrees."""
-_IN_VAIN = (Outcome.NOT_FOUND, Outcome.EXPLORED)
 
 
 @dataclass(slots=True, eq=False)
@@ -169,7 +169,7 @@ class ProgressGuard:
         """Let a task go on that ends in vain because aims are barred: those are tried again."""
         assert decision.ended is not None
         barred = [aim for aim in account.aims if aim.barred_until > now]
-        if decision.ended[0] not in _IN_VAIN or not barred:
+        if decision.ended[0] not in IN_VAIN or not barred:
             return decision
         for aim in barred:
             aim.barred_until = -np.inf

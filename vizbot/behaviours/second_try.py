@@ -10,7 +10,7 @@ from vizbot.objectnav import reasons
 from vizbot.objectnav.tasks import Decision
 from vizbot.perception.interfaces import ObstacleMapper
 
-_IN_VAIN = (Outcome.NOT_FOUND, Outcome.EXPLORED)
+IN_VAIN = (Outcome.NOT_FOUND, Outcome.EXPLORED)
 
 
 class SecondTry:
@@ -34,7 +34,7 @@ class SecondTry:
             mapper: Knows what was touched.
             frontiers: What was given up because of it is open again.
         """
-        if decision.ended is None or decision.ended[0] not in _IN_VAIN:
+        if decision.ended is None or decision.ended[0] not in IN_VAIN:
             return decision
         again = task is not self._tried and mapper.forget_touched()
         self._tried = task if again else None
