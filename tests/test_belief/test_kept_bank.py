@@ -108,7 +108,7 @@ def test_a_cache_that_cannot_be_written_is_one_line_and_no_error(
     if home == "a file":
         (tmp_path / "cache").write_text("")
     else:
-        monkeypatch.setenv("XDG_CACHE_HOME", "~/not-expanded")
+        monkeypatch.setenv("XDG_CACHE_HOME", "/proc/nowhere")
     monkeypatch.chdir(tmp_path)
     encoder = Counting(weights)
     assert Background.embedded_by(encoder).pictures.shape == (256, 16)

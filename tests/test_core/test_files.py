@@ -1,4 +1,5 @@
 import os
+import pwd
 import resource
 from codecs import BOM_UTF8
 from pathlib import Path
@@ -6,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from mapping.tum import read_trajectory
+from sim_stubs.homes.textures.canvas import texture_folder
 from sim_stubs.world.labels import read_labels
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
@@ -15,8 +17,11 @@ from vizbot.core.files import (
     read_regular,
     require_new,
     require_writable,
+    user_folder,
     write_whole,
 )
+from vizbot.operator.api.auth import token_path
+from vizbot.operator.session.saved_maps import maps_folder
 
 
 def test_a_file_is_replaced_and_nothing_else_is_left(tmp_path):
@@ -161,3 +166,22 @@ def test_lines_that_no_disk_takes_wait_until_it_does(tmp_path, largest_file, cap
     assert path.read_text() == "a\nbb\nccc\ndddd\neeeee\nf\n"
     growing.close()
     growing.close()
+
+
+def test_the_folders_of_a_user_are_where_the_system_has_them(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    assert user_folder("XDG_CACHE_HOME", ".cache") == tmp_path / ".cache" / "vizbot"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "other"))
+    assert user_folder("XDG_CACHE_HOME", ".cache") == tmp_path / "other" / "vizbot"
+
+
+def test_a_user_without_a_home_has_folders_that_are_not_there(monkeypatch):
+    monkeypatch.delenv("HOME", raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setattr(pwd, "getpwuid", lambda _: {}[0])
+    folder = user_folder("XDG_CACHE_HOME", ".cache")
+    assert folder.is_absolute() and not folder.parents[1].exists()
+    assert [each.exists() for each in (maps_folder(), token_path(), texture_folder())] == [
+        False
+    ] * 3

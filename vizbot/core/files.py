@@ -19,8 +19,25 @@ from vizbot.core.errors import ConfigError
 
 log = logging.getLogger(__name__)
 
+_NO_HOME = Path("/nonexistent")
+"""Debian's name for the home of a user who has none."""
 _DEEPEST = 16
 """Most levels of lists and tables in a JSON file."""
+
+
+def user_folder(variable: str, default: str) -> Path:
+    """This user's folder for files of ours, which may not be there.
+
+    Args:
+        variable: Names the folder that holds it, as `XDG_CACHE_HOME` does; one that is relative
+            counts for nothing (XDG Base Directory Specification).
+        default: That folder in the user's home. For a user without a home, as a service may be, it
+            is one that is never there.
+    """
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111  Path.home() raises where there is none
+    named = Path(os.environ.get(variable, ""))
+    usual = (home if home.is_absolute() else _NO_HOME) / default
+    return (named if named.is_absolute() else usual) / "vizbot"
 
 
 def write_whole(path: Path, content: bytes) -> None:

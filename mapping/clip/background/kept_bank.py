@@ -8,7 +8,6 @@ be written the run goes on without.
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
@@ -21,7 +20,7 @@ from safetensors.numpy import load, save
 
 from mapping.clip.background.pictures import PICTURES_ID, bank
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import read_regular, write_whole
+from vizbot.core.files import read_regular, user_folder, write_whole
 
 log = logging.getLogger(__name__)
 
@@ -70,10 +69,8 @@ def bank_file(encoder: KnownWeights) -> Path:
 
     It is in `$XDG_CACHE_HOME/vizbot/banks` (default `~/.cache`).
     """
-    # Unlike Path.home() this raises nothing for a user without a home.
-    cache = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111
     name = f"{encoder.weights_hash()[:32]}-{PICTURES_ID}.safetensors"
-    return Path(cache) / "vizbot" / "banks" / name
+    return user_folder("XDG_CACHE_HOME", ".cache") / "banks" / name
 
 
 def _read(file: Path, pictures: int) -> NDArray[np.float32] | None:
@@ -101,8 +98,6 @@ def _read(file: Path, pictures: int) -> NDArray[np.float32] | None:
 def _write(file: Path, rows: NDArray[np.float32]) -> None:
     digest = np.frombuffer(sha256(rows.tobytes()).digest(), np.uint8)
     try:
-        if not file.is_absolute():
-            raise ConfigError(f"cannot write {file}: this user has no home")
         file.parent.mkdir(parents=True, exist_ok=True)
         write_whole(file, save({"pictures": np.ascontiguousarray(rows), "digest": digest}))
     except (OSError, ConfigError) as error:

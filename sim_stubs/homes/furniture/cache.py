@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import io
 import logging
-import os
 import tempfile
 import zipfile
 import zlib
@@ -22,6 +21,7 @@ import numpy as np
 
 from sim_stubs.homes.geometry.piece import Part
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import user_folder
 
 if TYPE_CHECKING:
     from sim_stubs.homes.furniture.conversion import ConvertedPart
@@ -101,10 +101,8 @@ def store_parts(key: str, parts: Sequence[ConvertedPart]) -> tuple[Part, ...]:
 
 
 def _path(key: str) -> Path:
-    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return (
-        cache / "vizbot" / "furniture" / _VERSION / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
-    )
+    cache = user_folder("XDG_CACHE_HOME", ".cache") / "furniture" / _VERSION
+    return cache / f"{sha256(key.encode()).hexdigest()[:32]}.npz"
 
 
 def _texture(folder: Path, name: str) -> Path | None:

@@ -11,6 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vizbot.core.files import user_folder
+
 Colour = Sequence[float] | NDArray[np.float64]
 """Red, green, blue in [0, 1]."""
 Image = NDArray[np.float32]
@@ -61,8 +63,7 @@ def wrapped_ellipse(
 
 def texture_folder() -> Path:
     """Folder of the textures in the user's cache."""
-    root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return root / "vizbot" / "textures"
+    return user_folder("XDG_CACHE_HOME", ".cache") / "textures"
 
 
 def saved(image: NDArray[np.floating]) -> Path:

@@ -8,6 +8,7 @@ from pathlib import Path
 from mapping.clip.own_encoder import is_class_name
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import user_folder
 from vizbot.core.method import Method
 from vizbot.operator.printing import echo
 
@@ -81,6 +82,4 @@ def settings_file(given: Path | None) -> Path | None:
 
 
 def _in_home() -> Path:
-    # Unlike Path.home() this raises nothing for a user without a home, who then has no such file.
-    home = os.environ.get("XDG_CONFIG_HOME") or os.path.expanduser("~/.config")  # noqa: PTH111
-    return Path(home) / "vizbot" / NAME
+    return user_folder("XDG_CONFIG_HOME", ".config") / NAME

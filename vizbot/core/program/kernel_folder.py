@@ -11,7 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import vizbot
-from vizbot.core.files import require_folder
+from vizbot.core.files import require_folder, user_folder
 
 VARIABLE = "NUMBA_CACHE_DIR"
 """Names another folder."""
@@ -39,5 +39,4 @@ def is_empty() -> bool:
 
 def _folders() -> list[Path]:
     beside = Path(vizbot.__file__).parents[1] / "nav" / "__pycache__"
-    caches = os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()
-    return [beside, Path(caches) / "numba"]
+    return [beside, user_folder("XDG_CACHE_HOME", ".cache").with_name("numba")]

@@ -18,6 +18,7 @@ from typing import Any
 from urllib.parse import parse_qs, unquote, urlsplit
 
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import user_folder
 from vizbot.operator.api.connections.token_bucket import TokenBucket
 from vizbot.operator.api.console_routes import FILES
 from vizbot.operator.api.origin import foreign_reason, is_loopback
@@ -49,8 +50,7 @@ FREE_PATH = "/stop"
 
 def token_path() -> Path:
     """The file that holds this user's token."""
-    home = os.environ.get("XDG_CONFIG_HOME") or str(Path.home() / ".config")
-    return Path(home) / "vizbot" / "token"
+    return user_folder("XDG_CONFIG_HOME", ".config") / "token"
 
 
 def stored_token(url: str) -> str | None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from mapping.map_bundle import load_grid
 from mapping.map_folder import MapUse, is_readable
 from mapping.map_header import HEADER, REMEDY
 from vizbot.core.errors import ConfigError, MapError
+from vizbot.core.files import user_folder
 from vizbot.core.normal_text import normal_text
 from vizbot.core.types import OccupancyGrid
 
@@ -36,8 +36,7 @@ class MapEntry:
 
 def maps_folder() -> Path:
     """The folder of this user's saved maps."""
-    home = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
-    return Path(home) / "vizbot" / "maps"
+    return user_folder("XDG_DATA_HOME", ".local/share") / "maps"
 
 
 def find_map(given: Path) -> Path:
