@@ -174,6 +174,8 @@ def test_the_folders_of_a_user_are_where_the_system_has_them(tmp_path, monkeypat
     assert user_folder("XDG_CACHE_HOME", ".cache") == tmp_path / ".cache" / "vizbot"
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "other"))
     assert user_folder("XDG_CACHE_HOME", ".cache") == tmp_path / "other" / "vizbot"
+    monkeypatch.setenv("XDG_CACHE_HOME", "~/relative")
+    assert user_folder("XDG_CACHE_HOME", ".cache") == tmp_path / ".cache" / "vizbot"
 
 
 def test_a_user_without_a_home_has_folders_that_are_not_there(monkeypatch):
