@@ -25,11 +25,16 @@ def worst_sentence() -> tuple[float, str]:
     worst = (0.0, "")
     for code in languages():
         language = load_language(code)
-        for words in sorted(set(_words(language.entries))):
+        for words in rows_of_words(code):
             line = " ".join(islice(cycle(words.split()), MOST_WORDS))[:MOST_LETTERS]
             language.grammar.typed(line)  # makes its patterns
             worst = max(worst, (_reading(code, line), words))
     return worst
+
+
+def rows_of_words(code: str) -> list[str]:
+    """Rows of words, each once, that the patterns and lists of a language are made of."""
+    return sorted(set(_words(load_language(code).entries)))
 
 
 def _reading(code: str, line: str) -> float:

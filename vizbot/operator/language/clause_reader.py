@@ -42,7 +42,7 @@ from vizbot.operator.language.step_splitter import (
 )
 from vizbot.operator.language.wording import Wording
 
-_MOST_VERBS = 20
+_MOST_VERBS = 12
 """Verbs of a clause before which it may be cut."""
 _MOST_PAUSES = 8
 """Pauses before and after the words that announce a correction."""

@@ -17,6 +17,8 @@ from jellyfish import damerau_levenshtein_distance
 
 MOST_STEPS = 60
 """A line of more steps is not read."""
+_MOST_COURTESIES = 12
+"""Words of courtesy before an order."""
 _MOST_OPENINGS = 10
 """Openings, and as many closings, that are taken from a step."""
 _LONGEST_CLOSING = 40
@@ -248,7 +250,7 @@ def _courtesy(words: Mapping[str, Sequence[str]]) -> str:
     """What reads words of courtesy before an order: "would it be at all possible for you to"."""
     begin = rf"(?! (?:{either(words['no_courtesy'])}) )(?= .*\b(?:{either(words['addressed'])})\b)"
     end = either(words["after_courtesy"])
-    return rf"{begin}(?: (?:{either(words['courtesy'])}))+ (?:{end})"
+    return rf"{begin}(?: (?:{either(words['courtesy'])})){{1,{_MOST_COURTESIES}}} (?:{end})"
 
 
 def _orders(place: str, words: Mapping[str, Sequence[str]], verbs: str) -> tuple[str, ...]:
