@@ -132,10 +132,11 @@ def test_default_rows_of_two_folders_are_paired_where_they_share_episodes(tmp_pa
     for folder, homes, failed in (("one", range(5), 3), ("two", range(1, 6), 1), ("far", [9], 9)):
         file = tmp_path / folder / "objectnav-default.jsonl"
         results = [episode(1100 + i, "sofa", i != failed) for i in homes]
+        results[0] = replace(results[0], track=((0.0, failed),))
         Store(file, EpisodeResult).add("key", "c0ffee", "2 cores", *results)
     facts = kept_facts(tmp_path)
     against = facts["one"]["objectnav-default"]["against"]
-    assert against == {"two": {"wins": 1, "losses": 1, "p": 1.0}}
+    assert against == {"two": {"wins": 1, "losses": 1, "p": 1.0, "same_path": 3}}
     assert facts["far"]["objectnav-default"]["against"] == {}
 
 

@@ -87,14 +87,11 @@ def kept_facts(rows: Path) -> Facts:
         for name, row in inner.items():
             default = inner.get(IN_A_ROW if name.startswith("multi-") else DEFAULT)
             if default is not None and "reached" in row:
-                row["default_against"] = _paired(default["reached"], row["reached"])
-                if "tracks" in row:
-                    tracks = default["tracks"].items() & row["tracks"].items()
-                    row["default_against"]["same_path"] = len(tracks)
+                row["default_against"] = _against(default, row)
     defaults = {name: inner[DEFAULT] for name, inner in facts.items() if DEFAULT in inner}
     for name, row in defaults.items():
         row["against"] = {
-            other: _paired(row["reached"], theirs["reached"])
+            other: _against(row, theirs)
             for other, theirs in defaults.items()
             if other != name and row["reached"].keys() & theirs["reached"].keys()
         }
@@ -108,6 +105,14 @@ def rate_facts(rate: Rate, over_homes: tuple[float, float] | None = None) -> Fac
     facts["percent"] = None if rate.value is None else 100 * rate.value
     if over_homes is not None:
         facts |= {"homes_low": 100 * over_homes[0], "homes_high": 100 * over_homes[1]}
+    return facts
+
+
+def _against(ours: Facts, theirs: Facts) -> Facts:
+    """Two rows paired by what they reach, and how many paths they have in common."""
+    facts = _paired(ours["reached"], theirs["reached"])
+    if "tracks" in theirs:
+        facts["same_path"] = len(ours["tracks"].items() & theirs["tracks"].items())
     return facts
 
 
@@ -140,6 +145,7 @@ def _navigation(lines: Sequence[StoredResult[EpisodeResult]]) -> Facts:
         "others": rate_facts(score.others),
         "said_wrongly": rate_facts(score.said_wrongly),
         "spl": score.spl,
+        "stuck": score.stuck,
         "steps": score.steps,
         "driven": score.path_of_successes,
         "shortest": score.shortest_of_successes,
