@@ -114,7 +114,7 @@ def test_a_round_of_aims_that_takes_longer_than_a_minute_ends_as_well():
     for _ in range(10):
         for aim in aims:
             search.go(10.0, aim=aim)
-    assert search.said[-1][1].ended is not None
+    assert any(said.ended is not None for _, said in search.said)
 
 
 def test_a_longer_way_after_the_map_closed_the_former_one_is_begun_anew_but_not_for_ever():
@@ -182,6 +182,21 @@ def test_another_task_begins_anew():
     search.task, search.said = Task.EXPLORE, []
     search.go(PATIENCE - 1.0)
     assert not search.said and not search.left_alone
+
+
+@pytest.mark.parametrize("end", ["stuck", "ended", "called off"])
+def test_the_same_task_asked_for_again_begins_anew(end):
+    search = Search(Task.COME_BACK)
+    search.go(MOST * PATIENCE + FRAME if end == "stuck" else 2 * PATIENCE + 2.0)
+    if end == "ended":
+        search.step(Decision(STOP, "arrived", ended=(Outcome.ARRIVED, "")))
+    elif end == "called off":
+        search.guard.close()
+    else:
+        assert search.said[-1][1].ended is not None
+    search.said.clear()
+    search.go(MOST * PATIENCE - 1.0)
+    assert [said.ended for _, said in search.said] == [None] * (MOST - 1)
 
 
 def test_where_nothing_else_is_left_what_was_left_alone_is_tried_again():

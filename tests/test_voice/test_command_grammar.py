@@ -32,7 +32,7 @@ from vizbot.operator.language.command import (
 from vizbot.operator.language.command_grammar import SentenceTooLongError
 from vizbot.operator.language.language import ENGLISH, languages, load_language
 from vizbot.operator.language.sentence_rules import SentenceRule
-from vizbot.operator.language.understanding import understand
+from vizbot.operator.language.understanding import read_typed, understand
 
 command_text, is_urgent = ENGLISH.grammar.text, ENGLISH.grammar.is_urgent
 parse_command, parse_typed = ENGLISH.grammar.heard, ENGLISH.grammar.typed
@@ -328,7 +328,7 @@ def test_no_name_holds_a_word_of_what_is_told(code):
 
 def work_of(code, part, count):
     """Calls that reading so many words takes, once all patterns are made."""
-    grammar = load_language(code).grammar
+    language = load_language(code)
     line = " ".join((part.split() * count)[:count])[:600]
     calls = 0
 
@@ -336,11 +336,11 @@ def work_of(code, part, count):
         nonlocal calls
         calls += event in ("call", "c_call")
 
-    grammar.typed(line)
-    grammar.forget()
+    read_typed(line, language)
+    language.grammar.forget()
     sys.setprofile(called)
     try:
-        grammar.typed(line)
+        read_typed(line, language)
     finally:
         sys.setprofile(None)
     return calls

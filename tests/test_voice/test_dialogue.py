@@ -511,7 +511,7 @@ def test_a_stop_is_read_before_the_limit_and_before_all_that_wait(session, monke
         assert go_on.wait(DEADLINE)
         raise ConfigError("read")
 
-    monkeypatch.setattr(dialogue, "understand", slow)
+    monkeypatch.setattr(dialogue, "read_typed", slow)
 
     def ask():
         with pytest.raises(ConfigError):

@@ -103,6 +103,11 @@ class ProgressGuard:
         """Take it that others drive, or nobody: the time until the next frame does not count."""
         self._seen_at = None
 
+    def close(self) -> None:
+        """Take it that the task is over: the same one may be asked for again."""
+        self.rest()
+        self._account = None
+
     def elapse(self, now: float) -> None:
         """Count the time of a frame, at `now` [s], in which the robot drives or waits."""
         if self._seen_at is not None and self._account is not None:
@@ -142,7 +147,7 @@ class ProgressGuard:
             return decision
         self.elapse(now)
         if decision.ended is not None:
-            return self._tried_again(account, decision, now)
+            return self._ended(account, decision, now)
         progress = [
             _is_more(account, area),
             _turns_to_another_side(account, decision, T_map_base),
@@ -157,6 +162,7 @@ class ProgressGuard:
         if account.dropped >= (1 if isinstance(task, ShortMove) else MOST):
             outcome = Outcome.STUCK if isinstance(task, Goal) else Outcome.GAVE_UP
             reason = "the robot does not move" if isinstance(task, ShortMove) else REASON
+            self.close()
             return Decision(STOP, "stopped, nothing comes of it", ended=(outcome, reason))
         if account.newest is not None:
             account.newest.barred_until = now + BARRED
@@ -165,11 +171,12 @@ class ProgressGuard:
         why = reasons.NOTHING_COMES_OF_IT
         return Decision(STOP, "leaving it alone", threshold=decision.threshold, why=why)
 
-    def _tried_again(self, account: _Account, decision: Decision, now: float) -> Decision:
-        """Let a task go on that ends in vain because aims are barred: those are tried again."""
+    def _ended(self, account: _Account, decision: Decision, now: float) -> Decision:
+        """The end of a task; not where it ends in vain for barred aims: those are tried again."""
         assert decision.ended is not None
         barred = [aim for aim in account.aims if aim.barred_until > now]
         if decision.ended[0] not in IN_VAIN or not barred:
+            self.close()
             return decision
         for aim in barred:
             aim.barred_until = -np.inf

@@ -10,6 +10,7 @@ from typing import Any
 
 from vizbot.operator.language.command_grammar import MOST_LETTERS, MOST_WORDS
 from vizbot.operator.language.language import languages, load_language
+from vizbot.operator.language.understanding import read_typed
 
 _BESIDE = {"answers", "doing", "names", "small", "spoken"}
 """Tables of a language whose words are in no pattern."""
@@ -27,7 +28,7 @@ def worst_sentence() -> tuple[float, str]:
         language = load_language(code)
         for words in rows_of_words(code):
             line = " ".join(islice(cycle(words.split()), MOST_WORDS))[:MOST_LETTERS]
-            language.grammar.typed(line)  # makes its patterns
+            read_typed(line, language)  # makes its patterns
             worst = max(worst, (_reading(code, line), words))
     return worst
 
@@ -38,11 +39,11 @@ def rows_of_words(code: str) -> list[str]:
 
 
 def _reading(code: str, line: str) -> float:
-    grammar, times = load_language(code).grammar, list[float]()
+    language, times = load_language(code), list[float]()
     for _ in range(_TRIES):
-        grammar.forget()
+        language.grammar.forget()
         began = time.thread_time()
-        grammar.typed(line)
+        read_typed(line, language)
         times.append(time.thread_time() - began)
     return sorted(times)[_TRIES // 2]
 

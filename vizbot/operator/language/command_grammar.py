@@ -20,6 +20,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 from vizbot.core.errors import ConfigError
@@ -61,6 +62,8 @@ _QUOTE = re.compile(r"[\"\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION
 _LITERAL = re.compile(rf"{_QUOTE.pattern}(.*?){_QUOTE.pattern}")
 MOST_WORDS, MOST_LETTERS = 120, 600
 """A longer line is refused before any pattern sees it."""
+_KEPT = 64
+"""Lines whose commands are kept."""
 _STOP_WORDS, _STOP_LETTERS = 3, 60
 """A line that is no longer may be a stop, whatever else waits to be read."""
 _REPEATED = re.compile(r"(\W|[^\W\d_])\1{2,}")
@@ -98,6 +101,7 @@ class Grammar:
         words = language["words"]
         maker = RuleMaker(language)
         wording = Wording(language)
+        self._parse = lru_cache(_KEPT)(self._parsed)  # a line is read in more than one way
         self._goals = GoalReader(language, maker.part, wording, is_name, knows)
         self._reader = StepReader(language, maker, wording, self._goals)
         self._splitter = StepSplitter(language, maker.part)
@@ -127,7 +131,7 @@ class Grammar:
             return None
         line, unread = digits_of(seen_text(without_marks(line)))
         line = normal_text(line)
-        return _readable(self._or_stop(self._parse(line, ()), line, ()), unread)
+        return _readable(self._or_stop(self._parse(line, (), False), line, ()), unread)
 
     def typed(self, line: str) -> Command | None:
         """The command in a line that was typed to the robot; None if there is none.
@@ -151,10 +155,10 @@ class Grammar:
 
     def _typed(self, marked: str, literals: Sequence[str], *, quoted: bool) -> Command | None:
         """The command in a line in which marks stand for its literals."""
-        command = self._parse(marked, literals)
+        command = self._parse(marked, tuple(literals), False)
         if self._is_plain(command, literals):
             return command
-        with_bare = self._parse(marked, literals, bare=True)
+        with_bare = self._parse(marked, tuple(literals), True)
         command = with_bare if self._is_plain(with_bare, literals) or command is None else command
         command = self._or_stop(command, marked, literals)
         whole = self._goals.without_article(tidy(plain(marked)).replace(",", ""))
@@ -164,6 +168,7 @@ class Grammar:
 
     def forget(self) -> None:
         """Forget what was read before, as where reading is timed."""
+        self._parse.cache_clear()
         self._splitter.forget()
         self._reader.forget()
 
@@ -233,7 +238,7 @@ class Grammar:
         marked, unread = digits_of(_LITERAL.sub(mark, seen_text(without_marks(line))))
         return normal_text(marked), literals, unread
 
-    def _parse(self, line: str, literals: Sequence[str], *, bare: bool = False) -> Command | None:
+    def _parsed(self, line: str, literals: tuple[str, ...], bare: bool) -> Command | None:
         """The command in a line.
 
         Args:

@@ -19,6 +19,8 @@ from vizbot.operator.session.vocabulary import HOUSEHOLD
 
 NEAR = 0.72
 """Likeness of letters from which a name is offered for a word that is none."""
+_MOST_SLIPS = 8
+"""A goal with more unknown words is no known one with slips."""
 _LONGEST = 5
 """Words of the longest name."""
 _WORD = re.compile(r"[^\W_]+(?:['.-][^\W_]+)*")
@@ -180,6 +182,8 @@ class Lexicon:
         plain = " ".join(goal.casefold().split())
         if (whole := _nearest(plain, self.offered)) is not None:
             return self.offered[whole]
+        if len(unknown) > _MOST_SLIPS:
+            return None
         for word in unknown:
             if (better := _nearest(word, self._words)) is None:
                 return None
@@ -237,8 +241,12 @@ def _plain(goal: str) -> str:
 
 def _nearest(word: str, names: Iterable[str]) -> str | None:
     """The name that is written most alike; None where none is enough."""
-    forms = singulars(word)
-    ranked = [(max(_likeness(form, name) for form in forms), name) for name in names]
+    ranked = (
+        (_likeness(form, name), name)
+        for form in singulars(word)
+        for name in names
+        if abs(len(form) - len(name)) <= (1.0 - NEAR) * max(len(form), len(name))
+    )
     likeness, name = max(ranked, default=(0.0, ""))
     return name if likeness >= NEAR else None
 

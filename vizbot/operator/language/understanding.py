@@ -82,6 +82,20 @@ def understand(
     return Understanding(with_goals(command, read), tuple(notes))
 
 
+def read_typed(line: str, language: Language) -> tuple[Command | None, Understanding | None, bool]:
+    """The command in a typed line, what it is understood as, and whether all else gives way to it.
+
+    Raises:
+        SentenceTooLongError: the line is too long to be read.
+    """
+    grammar = language.grammar
+    if (command := grammar.typed(line)) is None:
+        return None, None, False
+    alone = grammar.heard(line) is None
+    understood = understand(command, language, grammar.literals(line), alone=alone)
+    return command, understood, grammar.is_urgent(line)
+
+
 def _question(command: Command, goal: str, near: str | None, language: Language) -> str:
     if near is not None:
         return language.say("did_you_mean", goal=near)

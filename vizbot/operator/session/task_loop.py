@@ -56,6 +56,7 @@ def run_tasks(
             number = None if queued is None else queued.number
             if number != running:
                 running, steps, task = number, 0, _task(pipeline, queued)
+                pipeline.map.progress.close()
             if base is None:
                 if queued is not None:
                     _look_up(pipeline, session, task)

@@ -13,7 +13,7 @@ from vizbot.operator.client.endpoint import SPEECH
 from vizbot.operator.language.command import Command, No, Stop, Yes
 from vizbot.operator.language.dispatcher import Dispatcher, Reply
 from vizbot.operator.language.language import ENGLISH, Language
-from vizbot.operator.language.understanding import Understanding, understand
+from vizbot.operator.language.understanding import Understanding, read_typed, understand
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
@@ -123,13 +123,7 @@ class Dialogue:
             )
         try:
             with self._reading:
-                grammar = self._language.grammar
-                if (command := grammar.typed(text)) is None:
-                    return None, None, False
-                alone = grammar.heard(text) is None
-                literals = grammar.literals(text)
-                understood = understand(command, self._language, literals, alone=alone)
-                return command, understood, grammar.is_urgent(text)
+                return read_typed(text, self._language)
         finally:
             self._sentences.release()
 
