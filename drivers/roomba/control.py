@@ -137,6 +137,8 @@ class RoombaControl:
         counts: tuple[int, int] | None,
         mode_offset: int | None,
         now: float,
+        *,
+        docks: bool = False,
     ) -> None:
         """Go on where another control ended, whose base was then left at rest in Passive mode.
 
@@ -145,14 +147,20 @@ class RoombaControl:
             counts: Of the left and the right encoder at that state; None where not known.
             mode_offset: Offset of the mode that the firmware reports; None until it is known.
             now: Time [s].
+            docks: Whether the base was looking for its dock, or had found it.
         """
         self.mode_offset = mode_offset
         if state is None:
             return
         self._odometry.restore(state.T_odom_base, counts)
-        self._oi_mode.take_over(state, now)
+        self._oi_mode.take_over(state, now, docks=docks)
         self._is_back = self._stopped = True
         self.state = replace(state, mode=BaseMode.PASSIVE)
+
+    @property
+    def docks(self) -> bool:
+        """Whether the base is released to look for its dock, or has found it."""
+        return self._oi_mode.docks
 
     @property
     def counts(self) -> tuple[int, int] | None:

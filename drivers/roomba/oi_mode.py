@@ -127,6 +127,11 @@ class OiModeKeeper:
         return self.maybe_moved or self._returned is not None
 
     @property
+    def docks(self) -> bool:
+        """Whether the base is released to look for its dock, or has found it."""
+        return self._docks
+
+    @property
     def turns_by_itself(self) -> bool:
         """Whether the base may turn its wheels by itself, where no wheel command stops them."""
         return self._docks and not self._charges
@@ -148,8 +153,15 @@ class OiModeKeeper:
             )
             self._request_until = -math.inf
 
-    def take_over(self, last: BaseState, now: float) -> None:
-        """Go on from the last state of another keeper, which heard the base until then."""
+    def take_over(self, last: BaseState, now: float, *, docks: bool) -> None:
+        """Go on from the last state of another keeper, which heard the base until then.
+
+        Args:
+            last: The state.
+            now: Time [s].
+            docks: Whether that keeper had released the base to look for its dock.
+        """
+        self._docks = docks
         self._request_until, self._requested_at = -math.inf, now - RETRY_PERIOD
         self._should_obey, self.maybe_moved = last.mode.obeys, last.maybe_moved
 

@@ -93,12 +93,14 @@ class Checkpoint:
         state: The last state; None before the first.
         counts: Left and right encoder at that state; None where they are not known.
         mode_offset: Offset of the mode that the firmware reports; None until it is known.
+        docks: Whether the base was released to look for its dock.
     """
 
     name: str
     state: BaseState | None
     counts: tuple[int, int] | None
     mode_offset: int | None
+    docks: bool
 
 
 class Link(Protocol):
@@ -155,7 +157,9 @@ class RoombaService:
         self.name = last.name if last is not None else _port_name(self._port)
         self._control = RoombaControl(self.name, config, now())
         if last is not None:
-            self._control.restore(last.state, last.counts, last.mode_offset, now())
+            self._control.restore(
+                last.state, last.counts, last.mode_offset, now(), docks=last.docks
+            )
         self._reported = self._control.state
         self._reports: list[Report] = []
         self._heard = 0
@@ -184,7 +188,9 @@ class RoombaService:
     def checkpoint(self) -> Checkpoint:
         """What another service needs to go on from here."""
         control = self._control
-        return Checkpoint(self.name, control.state, control.counts, control.mode_offset)
+        return Checkpoint(
+            self.name, control.state, control.counts, control.mode_offset, control.docks
+        )
 
     def step(self) -> bool:
         """Read the received bytes, then send commands.

@@ -19,6 +19,7 @@ from vizbot.bench.faults.scores import (
     run_series,
     score_series,
 )
+from vizbot.bench.harness.scores import Rate
 from vizbot.bench.harness.store import Store
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
@@ -140,6 +141,24 @@ def test_only_the_reason_of_its_own_fault_ends_a_mission_rightly():
         assert not wrong.ended_by_default
 
 
+@pytest.mark.parametrize(
+    ("name", "happened", "right"),
+    [
+        ("lifted-unheard", True, False),
+        ("lifted-unheard", False, True),
+        ("stream-silent", True, True),
+    ],
+)
+def test_whoever_drives_on_by_himself_after_a_lift_that_nobody_heard_is_wrong(
+    name, happened, right
+):
+    mission = ended((name,), "", happened=happened, reached=True)
+    assert mission.right_by_default == right
+    results = totals.DefaultResults((), [mission])
+    assert (name in results.text()) != right
+    assert results.right == Rate(int(right and happened), int(happened))
+
+
 def test_a_mission_by_default_runs_with_the_product_s_settings(monkeypatch):
     used = []
 
@@ -218,7 +237,10 @@ def test_rows_by_default_are_kept_in_files_of_their_own(monkeypatch, tmp_path):
     assert summary["default_missions"] == len(both[1])
 
 
-@pytest.mark.parametrize("name", ["cliff", "wheel-drop", "kidnapped", "charger-plugged"])
+@pytest.mark.parametrize(
+    "name",
+    ["cliff", "wheel-drop", "kidnapped", "charger-plugged", "lifted-unheard", "hangs-docking"],
+)
 def test_the_reason_that_ends_a_search_by_default_counts_as_a_line_about_the_fault(name):
     score = run_series(FaultSeries((name,), (0,), by_default=True))
     assert score.happened == score.ended == score.noticed == 1

@@ -32,7 +32,7 @@ from tests.helpers.roomba_rig import (
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.geometry import planar
-from vizbot.core.types import BaseMode, BaseState, Twist
+from vizbot.core.types import STOP, BaseMode, BaseState, Twist
 
 pytestmark = pytest.mark.alone
 PROGRAM = """
@@ -216,7 +216,7 @@ def test_a_service_that_fails_is_replaced_and_the_wheels_rest_before(
         wait_for(lambda: abs(base.read().T_odom_base[0, 3] - floor.T_world_base[0, 3]) < 1e-3)
 
 
-def test_a_base_that_had_left_safe_mode_is_left_alone_by_the_next_service(stub, floor):
+def test_a_base_on_its_way_to_the_dock_is_left_to_it_by_the_next_service(stub, floor):
     clock, config = WallClock(), RoombaConfig()
     link = ProcessLink(SerialAddress(stub.path).open, config)
     with Roomba(link, clock, config) as base:
@@ -227,6 +227,7 @@ def test_a_base_that_had_left_safe_mode_is_left_alone_by_the_next_service(stub, 
         wait_for(lambda: service_of(link) not in (before, None))
         killed = clock.now()
         while clock.now() < killed + 1.0:
+            base.drive(STOP)
             with suppress(DeviceTimeoutError):
                 assert not base.read().mode.obeys
             assert stub.mode is BaseMode.PASSIVE

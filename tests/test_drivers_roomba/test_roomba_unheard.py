@@ -10,7 +10,7 @@ import pytest
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.drive_command import SURE_STOP
 from drivers.roomba.packets import ChargingSources, Packet
-from drivers.roomba.service import RoombaService
+from drivers.roomba.service import Drive, RoombaService
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.body import Contacts
@@ -264,6 +264,20 @@ def test_a_service_that_replaces_another_one_decides_by_the_same_rule(
     assert (state.mode is BaseMode.SAFE) == obeys
     assert state.maybe_moved != obeys
     assert (rig.stub.mode is BaseMode.SAFE) == obeys
+
+
+@pytest.mark.parametrize(("seconds", "goes_on"), [(0.5, True), (3.0, False)])
+def test_the_same_rule_holds_for_a_base_that_sought_its_dock(loose, seconds, goes_on):
+    rig = loose(DockRig)
+    rig.base.dock()
+    rig.drive(STOP, 0.5)
+    service = replaced(rig, seconds, BaseMode.PASSIVE)
+    assert rig.floor.speeds == (0.0, 0.0)
+    for _ in range(100):
+        service.execute(Drive(STOP, rig.clock.now()))
+        rig.clock.sleep(PERIOD)
+    assert service.checkpoint().state.maybe_moved != goes_on
+    assert (rig.floor.speeds != (0.0, 0.0)) == goes_on
 
 
 def test_a_base_that_rests_until_somebody_says_go_on_does_so_under_the_next_service(loose):

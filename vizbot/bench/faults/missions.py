@@ -23,7 +23,7 @@ from vizbot.bench.episodes.run import encoder_of
 from vizbot.bench.faults.minimal_robot import LogObserver, map_survives
 from vizbot.bench.faults.monitor import FaultMonitor, FaultStop
 from vizbot.bench.faults.run import limit_wall_time, plan_faults, run_to_end
-from vizbot.bench.faults.scores import ended_by_default
+from vizbot.bench.faults.scores import RESTS_BY_DEFAULT, ended_by_default
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.config import Config
 from vizbot.core.observer import Observer, Outcome
@@ -116,6 +116,12 @@ class FaultMissionResult:
         mission = self.mission
         given_up = mission.by_default and self.happened and not self.reached
         return given_up and ended_by_default(mission.faults, self.answer)
+
+    @property
+    def right_by_default(self) -> bool:
+        """Whether it ended so, or reached its goal where its fault lets it drive on unasked."""
+        rests = self.happened and any(name in RESTS_BY_DEFAULT for name in self.mission.faults)
+        return self.ended_by_default or (self.reached and not rests)
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,8 @@ ENDS_BY_DEFAULT = {
     "dock-stays": _STAYS,
 }
 """Faults that may end a search by the product's settings, and the reason that it must then give."""
+RESTS_BY_DEFAULT = ("lifted-unheard",)
+"""Those of them after which the robot must not drive on unasked, wherever it would arrive."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ from vizbot.bench.faults.camera_lock import CameraLock
 from vizbot.bench.faults.hung_pairs import HungPairs
 from vizbot.bench.faults.missions import FaultMissionResult
 from vizbot.bench.faults.reflex_latency import ReflexLatency
-from vizbot.bench.faults.scores import MAY_END, FaultScore
+from vizbot.bench.faults.scores import MAY_END, RESTS_BY_DEFAULT, FaultScore
 from vizbot.bench.harness.scores import Rate
 from vizbot.bench.harness.tables import fraction_text, fraction_with_interval, markdown_table
 
@@ -53,7 +53,7 @@ class DefaultResults:
     def of_drives(self, name: str) -> str:
         """How the drives with a fault went on; a dash where it was not driven."""
         for score in self.scores:
-            if score.series.faults == (name,) and name in MAY_END:
+            if score.series.faults == (name,) and name in (*MAY_END, *RESTS_BY_DEFAULT):
                 return f"ended {score.ended} of {score.happened}"
             if score.series.faults == (name,):
                 return f"drove on {score.drove_on}, ended {score.ended} of {score.happened}"
@@ -70,12 +70,12 @@ class DefaultResults:
 
     @property
     def right(self) -> Rate:
-        """Missions that reached their goal or ended as the settings demand for their fault.
+        """Missions that reached their goal, if they may, or ended as the settings demand.
 
         Counted where the fault happened and allows the goal.
         """
         allowed = [m for m in self.missions if m.should_arrive and m.mission.faults and m.happened]
-        return Rate.over(m.reached or m.ended_by_default for m in allowed)
+        return Rate.over(m.right_by_default for m in allowed)
 
     def text(self) -> str:
         """Totals and what became of the missions that neither arrived nor ended rightly."""
@@ -87,7 +87,7 @@ class DefaultResults:
             [" + ".join(m.mission.faults) or "nothing wrong", m.mission.home, m.mission.goal,
              ("" if m.happened else "before it happened: ") + m.answer, m.steps]
             for m in self.missions
-            if m.should_arrive and not m.reached and not m.ended_by_default
+            if m.should_arrive and not m.right_by_default
         ]  # fmt: skip
         parts = [
             "With the product's settings the base does not resume Safe mode by itself: an edge, a"
