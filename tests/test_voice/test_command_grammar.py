@@ -411,8 +411,8 @@ def test_the_cost_of_a_sentence_grows_no_faster_than_its_words(code, part):
     assert whole <= 2.5 * half
 
 
-COMMON = 30_000
-"""Calls that sixty words take which are not understood at first sight, some 10 ms."""
+COMMON = 40_000
+"""Calls that sixty words take which are not understood at first sight, some 15 ms."""
 
 
 def costly(code, rows):
