@@ -138,7 +138,7 @@ class RoombaControl:
         mode_offset: int | None,
         now: float,
         *,
-        docks: bool = False,
+        docks: bool,
     ) -> None:
         """Go on where another control ended, whose base was then left at rest in Passive mode.
 

@@ -229,6 +229,20 @@ def test_a_robot_on_a_charger_stays_there_until_it_is_asked_for_something(pipeli
     assert turned(robot) == 0.0
 
 
+def test_the_same_task_asked_for_again_is_judged_by_what_comes_of_it_alone(pipeline_on):
+    accounts = []
+
+    def note(session):
+        accounts.append(robot.pipeline.map.progress._account)
+
+    script = {0: lambda session: session.ask([Task.EXPLORE] * 2), 4: note, 5: note, 9: note}
+    robot = ScriptedRun(pipeline_on, script, last=40)
+    first, second = robot.run(max_exploration_steps=5)
+    assert first.reason == second.reason == "not done within 5 steps"
+    assert accounts[0] is accounts[1] is not None
+    assert accounts[2] not in (accounts[0], None)
+
+
 def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
     robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["blue chair"])}, last=30)
     [task] = robot.run(max_steps=7)
