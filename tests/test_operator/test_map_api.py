@@ -16,6 +16,7 @@ from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.roomba_rig import DEADLINE
 from tests.helpers.scripted_robot import ScriptedBase
 from tests.helpers.served import served, wait_for
+from tests.helpers.unsaved_maps import NO_MAP
 from vizbot.config import Config, ObjectNavConfig
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
@@ -272,16 +273,18 @@ def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(robot, http):
     assert http.get("/maps").json()["names"] == []
 
 
+@pytest.mark.parametrize("cause", NO_MAP)
 def test_a_map_that_cannot_be_saved_is_asked_for_once_more_and_left_then(
-    robot, http, monkeypatch, tmp_path
+    robot, http, monkeypatch, tmp_path, cause
 ):
     robot.start()
     http.put("/map/keep-out", json={"zones": [SQUARE]})
-    monkeypatch.setattr(map_bundle, "MOST_BYTES", 1000)
+    cause(monkeypatch)
     number = robot.pipeline.map.number
     refused = http.post("/map/new")
     assert refused.status_code == 409 and robot.pipeline.map.number == number
-    assert "more than 1000: begin a new map; or ask once more" in refused.json()["detail"]
+    said = refused.json()["detail"]
+    assert NO_MAP[cause] in said and "; or ask once more to leave this map" in said
     assert http.post("/map/new").json() == {"left": None}
     assert robot.pipeline.map.number == number + 1
     assert "could not be saved is given up" in robot.session.log.lines()[-2].text

@@ -166,3 +166,11 @@ def test_a_map_whose_folder_is_written_with_decomposed_letters_is_found_and_not_
     assert find_map(type(maps)(name)) == maps / written
     assert saved.name_of(maps / written) == name
     assert sorted(each.name for each in maps.iterdir()) == sorted(["home", written])
+
+
+@pytest.mark.parametrize("written", ["floor 1\u00bd", "floor 1.5"])
+def test_a_fraction_in_a_name_is_a_decimal(maps, written):
+    map_bundle.save(bundle_of(1), maps / written)
+    saved = SavedMaps(maps)
+    assert "floor 1.5" in [each.name for each in saved.maps()]
+    assert saved.require("floor 1\u00bd") == saved.require("floor 1.5") == maps / written

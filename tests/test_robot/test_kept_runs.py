@@ -13,6 +13,7 @@ import pytest
 from mapping import map_bundle
 from mapping.tum import read_trajectory
 from tests.helpers.bundles import bundle_of
+from tests.helpers.unsaved_maps import NO_MAP, a_full_disk
 from vizbot.commands import launch
 from vizbot.commands.open_run import OpenRun
 from vizbot.config import Config
@@ -42,39 +43,6 @@ def recorded_in(folder):
 @pytest.fixture
 def recorder(tmp_path):
     return recorded_in(tmp_path / "run")
-
-
-def a_full_disk(monkeypatch):
-    def full(*_):
-        raise OSError(28, os.strerror(28))
-
-    monkeypatch.setattr(map_bundle, "_write_through", full)
-
-
-def too_large_a_map(monkeypatch):
-    monkeypatch.setattr(map_bundle, "MOST_BYTES", 1000)
-
-
-def a_map_with_a_fault_of_ours(monkeypatch):
-    def fail(*_):
-        raise IndexError("index 7 is out of bounds")
-
-    monkeypatch.setattr(map_bundle, "_packed", fail)
-
-
-def too_little_memory(monkeypatch):
-    def fail(*_):
-        raise MemoryError
-
-    monkeypatch.setattr(map_bundle, "_packed", fail)
-
-
-NO_MAP = {
-    a_full_disk: "No space left on device; give another folder",
-    too_large_a_map: "more than 1000: begin a new map",
-    a_map_with_a_fault_of_ours: "index 7 is out of bounds",
-    too_little_memory: "MemoryError",
-}
 
 
 @pytest.mark.parametrize("cause", NO_MAP)

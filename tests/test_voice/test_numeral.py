@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vizbot.operator.language.command import Decline, Move, Reason
+from vizbot.operator.language.command import Decline, GoTo, Move, Reason
 from vizbot.operator.language.language import load_language
 from vizbot.operator.language.numeral import digits_of
 
@@ -68,10 +68,26 @@ def test_a_number_that_touches_an_unknown_character_is_asked_back(said):
     assert not isinstance(command, Move)
 
 
+@pytest.mark.parametrize("sign", ["-", "−", "–", "+", "±", "~", "≈", "=", "- -"])
+@pytest.mark.parametrize(
+    ("code", "line"),
+    [("en", "go forward {} 1 m"), ("en", "turn left by {} 90 degrees"),
+     ("en", "go forward 1 m, then go forward {} 2 m"), ("de", "fahr {} 1 m vor"),
+     ("de", "fahr {} 1 m vor und dann zum Sofa")],
+)  # fmt: skip
+def test_a_sign_apart_from_its_number_is_asked_back(code, line, sign):
+    assert isinstance(load_language(code).grammar.typed(line.format(sign)), Decline)
+
+
+def test_a_dash_before_a_number_divides_goals_as_before():
+    said = load_language("en").grammar.typed("sofa - 2 pillows")
+    assert said == GoTo(("sofa", "2 pillows"))
+
+
 def test_names_keep_their_digits_and_literals_are_not_read():
     assert digits_of("usb3 hub, r2d2 and 7 up") == ("usb3 hub, r2d2 and 7 up", False)
     grammar = load_language("en").grammar
-    assert grammar.literals('find "size 1½"') == ["size 11⁄2"]
+    assert grammar.literals('find "size 1½"') == ["size 1.5"]
 
 
 @given(st.integers(0, 999), st.integers(0, 999), st.sampled_from("-−–－+＋") | st.just(""))

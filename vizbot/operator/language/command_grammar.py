@@ -387,4 +387,9 @@ def require_length(line: str) -> None:
 
 def _readable(command: Command | None, unread: bool) -> Command | None:
     """A command, unless it moves by a number that cannot be read: then it is asked back."""
-    return Decline(Reason.NUMBER) if unread and isinstance(command, Move) else command
+    part: object = command
+    while unread and part is not None:
+        if isinstance(part, Move):
+            return Decline(Reason.NUMBER)
+        part = getattr(part, "after", None)
+    return command

@@ -10,6 +10,8 @@ import re
 import unicodedata
 from fractions import Fraction
 
+from vizbot.core.normal_text import decimal, with_decimals
+
 _MINUS = "-\N{MINUS SIGN}\N{EN DASH}\N{EM DASH}\N{HYPHEN}\N{NON-BREAKING HYPHEN}\N{FIGURE DASH}" \
          "\N{SMALL HYPHEN-MINUS}\N{FULLWIDTH HYPHEN-MINUS}\N{SUPERSCRIPT MINUS}"  # fmt: skip
 _PLUS = "+\N{FULLWIDTH PLUS SIGN}\N{SMALL PLUS SIGN}\N{SUPERSCRIPT PLUS SIGN}"
@@ -26,6 +28,8 @@ _NUMBER = re.compile(
 _GROUPED = re.compile(r"[1-9][0-9]{0,2},[0-9]{3}")
 """A thousand to some people, and one to others."""
 _NAME = re.compile(r"[^\W\d_][\w'-]*")
+_ALONE = re.compile(r"[^\w\s\"'()\[\]{}.,;:!?\N{HORIZONTAL ELLIPSIS}]+")
+_AHEAD = re.compile(r"[^\w\s]*[0-9]")
 _BEFORE, _AFTER = "([{'", ",;:!?\N{HORIZONTAL ELLIPSIS})]}."
 
 
@@ -34,8 +38,10 @@ def digits_of(line: str) -> tuple[str, bool]:
 
     ".5", "0,5", "\N{VULGAR FRACTION ONE HALF}", "1 1/2", "1.5e0", digits of any script, and signs
     of any kind are read, also with a unit behind them. A number that touches anything else is left
-    as it is, as are names with digits in them ("usb3").
+    as it is, as are names with digits in them ("usb3"). A sign that stands alone before a number
+    may belong to it or be a dash: such a number is left as it is and cannot be read, either.
     """
+    line = with_decimals(line)
     pieces, end, unread = list[str](), 0, False
     chunks = list(_CHUNK.finditer(line))
     place = 0
@@ -44,8 +50,8 @@ def digits_of(line: str) -> tuple[str, bool]:
         plain = _plain_chunk(first[0])
         if place + 1 < len(chunks):
             following = _plain_chunk(chunks[place + 1][0])
-            if first[0] == "\N{MINUS SIGN}" and following[:1].isdigit():
-                plain, count = f"-{following}", 2
+            if _ALONE.fullmatch(plain) and _AHEAD.match(following):
+                unread = True
             elif re.fullmatch(r"[+-]?[0-9]+", plain) and re.match(r"[0-9]+/[0-9]", following):
                 plain, count = f"{plain} {following}", 2
         if any(map(str.isdigit, plain)) or _UNKNOWN in plain:
@@ -72,11 +78,11 @@ def _digits(chunk: str) -> str | None:
     if found["over"] is None:
         number = found["digits"]
         if found["power"] is not None or not number[0].isdigit():
-            number = _decimal(Fraction(number.replace(",", ".") + (found["power"] or "")))
+            number = decimal(Fraction(number.replace(",", ".") + (found["power"] or "")))
     elif (under := int(found["under"])) == 0:
         return None
     else:
-        number = _decimal(int(found["whole"] or 0) + Fraction(int(found["over"]), under))
+        number = decimal(int(found["whole"] or 0) + Fraction(int(found["over"]), under))
     return f"{before}{sign}{number}{unit}{after}"
 
 
@@ -91,10 +97,5 @@ def _plain(character: str) -> str:
     if character in _SIGNS:
         return _SIGNS[character]
     if unicodedata.category(character) == "No":
-        parts = unicodedata.normalize("NFKC", character).split("\N{FRACTION SLASH}")
-        return f" {parts[0]}/{parts[1]}" if len(parts) == 2 and parts[1] else _UNKNOWN
+        return _UNKNOWN
     return unicodedata.normalize("NFKC", character)
-
-
-def _decimal(number: Fraction) -> str:
-    return f"{float(number):.6f}".rstrip("0").rstrip(".")

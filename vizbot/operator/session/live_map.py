@@ -20,6 +20,7 @@ from mapping.map_folder import MapUse
 from mapping.map_snapshot import MapSnapshot
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.observer import Outcome
+from vizbot.core.program.interrupts import one_line
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.language.language import ENGLISH, Language
@@ -252,7 +253,7 @@ class LiveMap:
 
         (left, number), left_as = self._session.jobs.wait_for(leave), None
         if left is not None and (len(left.keyframe_poses) > 1 or left.keep_out):
-            left_as = self._keep_left(left.bundle(), number)
+            left_as = self._keep_left(left, number)
         self._session.jobs.wait_for(begin)
         with self._saving:
             self._use(name)
@@ -316,7 +317,7 @@ class LiveMap:
         if (who := self._session.lease.holder) is not None:
             raise ConfigError(f"{who} drives by hand; the wheel must be given back first")
 
-    def _keep_left(self, left: MapBundle, number: int) -> str | None:
+    def _keep_left(self, left: MapSnapshot, number: int) -> str | None:
         """The name under which a map that is left is saved; None where it is given up.
 
         Args:
@@ -329,12 +330,12 @@ class LiveMap:
         name = f"left {datetime.now():%Y-%m-%d %H-%M-%S-%f}"
         try:
             with self._saving:
-                self._save_bundle(left, self.saved.path(name))
-        except MapError as error:
+                self._save_bundle(left.bundle(), self.saved.path(name))
+        except Exception as error:  # whatever keeps it from being saved must not keep the robot
             if self._unsaved != number:
                 self._unsaved = number
                 raise MapError(
-                    f"{error}; or ask once more to leave this map, which is lost then"
+                    f"{one_line(error)}; or ask once more to leave this map, which is lost then"
                 ) from error
             self._session.log.write("map", "the map that could not be saved is given up")
             return None

@@ -16,7 +16,7 @@ from vizbot.core.files import user_folder
 from vizbot.core.normal_text import normal_text
 from vizbot.core.types import OccupancyGrid
 
-_NAME = re.compile(r"\w[\w -]{0,59}")
+_NAME = re.compile(r"\w(?:[\w -]|(?<=\d)\.(?=\d)){0,59}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@
 import { byId, field, createElement, setText, updateList } from "./dom.js";
 import { STEP_TIMEOUT, request } from "./http.js";
 
-const NAME = /^[\p{L}\p{N}_][\p{L}\p{N}_ -]{0,59}$/u;
+const NAME = /^[\p{L}\p{N}_](?:[\p{L}\p{N}_ -]|(?<=\p{N})\.(?=\p{N})){0,59}$/u;
 const NO_NAME = "Give it a name of letters, digits, spaces and -.";
 
 export function createSavedMaps() {
