@@ -1,11 +1,11 @@
 """How soon a stop reaches the wheels: `python -m tests.helpers.stop_under_flood KIND TRIES`.
 
 A robot drives a simulated Roomba through the process that owns its port, is flooded, and stopped
-over and over: in turn as the console's button does it, and as `vizbot stop` does. Base, robot,
-flood and people are processes of their own, as in a home. Prints one line of JSON: the times from
-the request to the speed 0 that the base has read off its line [s], and what the flood did. With
-`--own-network` all this happens behind a loopback of its own whose buffers are as small as those
-of a network card.
+over and over: in turn as the console's button does it, as `vizbot stop` does, and as a sentence,
+"stop". Base, robot, flood and people are processes of their own, as in a home. Prints one line of
+JSON: the times from the request to the speed 0 that the base has read off its line [s], those of
+sentences by themselves, and what the flood did. With `--own-network` all this happens behind a
+loopback of its own whose buffers are as small as those of a network card.
 """
 
 import fcntl
@@ -148,6 +148,12 @@ def run_command(url):
         remote.stop(client)
 
 
+def type_stop(url):
+    """Do what `vizbot say stop` does."""
+    with RobotClient(url, None) as client:
+        client.say("stop", "ann")
+
+
 def make_own_network():
     """Bring up the loopback of this network namespace, with small buffers."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as control:
@@ -158,7 +164,7 @@ def make_own_network():
 def main(kind, tries, *flags):
     if "--own-network" in flags:
         make_own_network()
-    times, unanswered = [], []
+    times, typed, unanswered = [], [], []
     with ExitStack() as opened:
         base = opened.enter_context(beside(run_base))
         robot = opened.enter_context(beside(run_robot, heard(base)))
@@ -179,13 +185,20 @@ def main(kind, tries, *flags):
         opened.callback(flood.kill)
         assert flood.stdout.readline() == "flooding\n"
         for number in range(int(tries)):
-            way = (press_button, run_command)[number % 2]
-            times.append(stopping_time(base, robot, lambda way=way: stop(way)))
+            way = (press_button, run_command, type_stop)[number % 3]
+            took = stopping_time(base, robot, lambda way=way: stop(way))
+            (typed if way is type_stop else times).append(took)
         flood.stdin.close()
         flooded = int(flood.stdout.readline())
         robot.send(False)
         stops = heard(robot)
-    measured = {"times": times, "unanswered": unanswered, "stops": stops, "opened": flooded}
+    measured = {
+        "times": times,
+        "typed": typed,
+        "unanswered": unanswered,
+        "stops": stops,
+        "opened": flooded,
+    }
     sys.stdout.write(json.dumps(measured) + "\n")
 
 

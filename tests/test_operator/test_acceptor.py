@@ -12,6 +12,8 @@ from vizbot.operator.api.connections.acceptor import Acceptor
 ASK = b"GET /state HTTP/1.1\r\nHost: localhost\r\n\r\n"
 STOP = b"POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n"
 
+SAY = b"POST /said HTTP/1.1\r\nHost: localhost\r\nContent-Length: %s\r\n\r\n"
+
 
 class Accepting:
     """An acceptor whose turns are asked for, and the ends of its channels."""
@@ -152,6 +154,17 @@ def test_a_stop_passes_where_nothing_else_does(opened, monkeypatch):
     assert accepting.passed_on(accepting.stops) == [port_of(stop)]
     passed = accepting.passed_on(accepting.others)
     assert len(passed) == 4 and passed[-1] == port_of(other)
+
+
+@pytest.mark.parametrize(("length", "passes"), [(b"40", True), (b"257", False), (b"", False)])
+def test_what_may_be_a_typed_stop_waits_for_no_other_request(opened, monkeypatch, length, passes):
+    monkeypatch.setattr(acceptor, "_BURST", 3.0)
+    monkeypatch.setattr(acceptor, "_RATE", 0.0)
+    accepting = Accepting(opened)
+    for _ in range(5):
+        accepting.connect(SAY % b"600")
+    said = accepting.connect(SAY % length)
+    assert (port_of(said) in accepting.passed_on(accepting.others)) == passes
 
 
 def test_addresses_take_turns(opened, monkeypatch):

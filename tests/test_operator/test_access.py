@@ -34,7 +34,7 @@ class Guarded:
     def __call__(self, headers, path="/state", query=b"", client="10.0.0.9"):
         """The status with which a request is answered."""
         scope = {
-            "type": "http", "path": path, "query_string": query, "client": (client, 1),
+            "type": "http", "method": "POST", "path": path, "query_string": query, "client": (client, 1),
             "headers": [(key.encode(), value.encode()) for key, value in headers.items()],
         }  # fmt: skip
         asyncio.run(self.guard(scope, None, self.send))
@@ -46,6 +46,8 @@ def test_who_asks_too_often_is_refused_until_later_and_others_and_stop_are_not()
     codes = [guarded(host) for _ in range(200)]
     assert codes.index(429) == 150 and set(codes[150:]) == {429}
     assert guarded(host, path="/stop") == 200
+    short, long = host | {"content-length": "40"}, host | {"content-length": "600"}
+    assert guarded(short, path="/said") == 200 and guarded(long, path="/said") == 429
     assert guarded(host, client="10.0.0.10") == 200
     guarded.time = 1.0
     assert [guarded(host) for _ in range(60)].count(200) == 50

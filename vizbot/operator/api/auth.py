@@ -19,6 +19,7 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import user_folder
+from vizbot.operator.api.connections.head import may_be_typed_stop
 from vizbot.operator.api.connections.token_bucket import TokenBucket
 from vizbot.operator.api.console_routes import FILES
 from vizbot.operator.api.origin import foreign_reason, is_loopback
@@ -152,7 +153,7 @@ class Guard:
         self._app = app
         self._credentials = credentials
         self._now = now
-        self._buckets: OrderedDict[str, TokenBucket] = OrderedDict()
+        self._buckets: OrderedDict[tuple[str, bool], TokenBucket] = OrderedDict()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or refuse it with the reason."""
@@ -177,7 +178,8 @@ class Guard:
             return 403, foreign
         if scope["path"] == FREE_PATH:
             return None
-        if not self._count_request(scope):
+        short = may_be_typed_stop(scope.get("method", ""), scope["path"], headers)
+        if not self._count_request(scope, short):
             return 429, "too many requests; ask less often"
         if self._credentials.demanded and not page and scope["path"] != PROOF_PATH:
             given = _given(scope, headers)
@@ -190,11 +192,16 @@ class Guard:
             too_large = True
         return (413, f"more than {_limit(scope)} bytes") if too_large else None
 
-    def _count_request(self, scope: Scope) -> bool:
-        """Count a request; whether its address may make one more now."""
-        address, now = str((scope.get("client") or ("",))[0]), self._now()
-        bucket = self._buckets.pop(address, None) or TokenBucket(_RATE, _BURST, now)
-        self._buckets[address] = bucket
+    def _count_request(self, scope: Scope, short: bool) -> bool:
+        """Count a request; whether its address may make one more now.
+
+        Args:
+            scope: Of the request.
+            short: Whether it may be a typed stop: those are counted by themselves.
+        """
+        who, now = (str((scope.get("client") or ("",))[0]), short), self._now()
+        bucket = self._buckets.pop(who, None) or TokenBucket(_RATE, _BURST, now)
+        self._buckets[who] = bucket
         while len(self._buckets) > _ADDRESSES:
             self._buckets.popitem(last=False)
         return bucket.take(now)

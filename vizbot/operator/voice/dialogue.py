@@ -61,7 +61,7 @@ class Dialogue:
         language: Language = ENGLISH,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        """The speech model is loaded when somebody first speaks.
+        """The grammar is made now, so that no stop waits for it; the speech model when it is used.
 
         Args:
             session: Of the robot.
@@ -73,6 +73,7 @@ class Dialogue:
         self._session = session
         self._live_map = live_map
         self._language = language
+        self._grammar = language.grammar
         self._dispatcher = Dispatcher(session, live_map, language)
         self._now = now
         self._doubts: dict[str, _Doubt] = {}
@@ -99,7 +100,7 @@ class Dialogue:
             VizbotError: too much is asked for, or the robot is too busy to answer.
         """
         stops = self._session.stops
-        if self._language.grammar.is_stop(text):
+        if self._grammar.is_stop(text):
             self._doubts.pop(who, None)
             return self._dispatcher.obey(Stop(), who)
         command, understood, urgent = self._read(text)
@@ -170,11 +171,11 @@ class Dialogue:
             self._doubts.pop(who, None)
             return Reply((self._language.say("not_understood"),))
         if isinstance(utterance.command, Yes | No):
-            return self.typed(self._language.grammar.text(utterance.command), who)
+            return self.typed(self._grammar.text(utterance.command), who)
         self._doubts.pop(who, None)
         if utterance.question is not None:
             meant = confirmed(utterance).command
-            sentence = None if meant is None else self._language.grammar.text(meant)
+            sentence = None if meant is None else self._grammar.text(meant)
             understood = Understanding(
                 utterance.command, question=utterance.question, meant=sentence
             )
@@ -195,5 +196,5 @@ class Dialogue:
                 self._doubts.pop(other, None)
         self._doubts[who] = _Doubt(meant, at_once, now + _DOUBT_HOLDS)
         if meant is not None and at_once:
-            meant = self._language.grammar.urgent(meant)
+            meant = self._grammar.urgent(meant)
         return Reply((), understood.question, meant)

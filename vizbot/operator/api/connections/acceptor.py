@@ -14,8 +14,9 @@ import time
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
-from vizbot.operator.api.connections.head import END, read_head
+from vizbot.operator.api.connections.head import END, may_be_typed_stop, read_head
 from vizbot.operator.api.connections.token_bucket import TokenBucket
 from vizbot.operator.api.origin import foreign_reason
 
@@ -34,6 +35,8 @@ _RATE, _BURST = 60.0, 180.0
 _RATE_OF_ALL, _BURST_OF_ALL = 60.0, 200.0
 _ADDRESSES = 1000
 """Addresses whose requests are counted."""
+_Who: TypeAlias = tuple[str, bool]
+"""An address, and whether its requests may be typed stops, which are counted by themselves."""
 _TURN, _IDLE = 0.005, 1.0
 """Longest wait for news, while a connection waits to be passed on, and otherwise [s]."""
 
@@ -47,12 +50,19 @@ class _Waiting:
         address: The client's address.
         since: Time of its opening [s].
         ready: Whether it is known where to pass it on to.
+        short: Whether it asks for what may be a typed stop.
     """
 
     socket: socket.socket
     address: str
     since: float
     ready: bool = False
+    short: bool = False
+
+    @property
+    def who(self) -> _Who:
+        """Whose requests it is counted with."""
+        return self.address, self.short
 
 
 class Acceptor:
@@ -91,8 +101,8 @@ class Acceptor:
         self._waiting: dict[int, _Waiting] = {}
         self._of_address: dict[str, dict[int, _Waiting]] = {}
         self._ready_stops: dict[int, _Waiting] = {}
-        self._ready: dict[str, dict[int, _Waiting]] = {}
-        self._buckets: OrderedDict[str, TokenBucket] = OrderedDict()
+        self._ready: dict[_Who, dict[int, _Waiting]] = {}
+        self._buckets: OrderedDict[_Who, TokenBucket] = OrderedDict()
         self._bucket = TokenBucket(_RATE_OF_ALL, _BURST_OF_ALL, now())
         self._poll = select.epoll()
         for each in (listener, stops, others):
@@ -164,7 +174,8 @@ class Acceptor:
         if whole and _asks_to_stop(head, here_alone=self._here_alone):
             self._ready_stops[descriptor] = connection
         elif whole:
-            self._ready.setdefault(connection.address, {})[descriptor] = connection
+            connection.short = _may_be_typed_stop(head)
+            self._ready.setdefault(connection.who, {})[descriptor] = connection
 
     def _drop_late(self, now: float) -> None:
         while self._waiting:
@@ -174,16 +185,16 @@ class Acceptor:
             self._drop(descriptor, oldest)
 
     def _pass_on_others(self, now: float) -> None:
-        """Pass on as many as every address, and all together, are allowed to, by turns."""
+        """Pass on as many as each address, and all together, are allowed to, by turns."""
         some = True
         while some:
             some = False
-            for address in list(self._ready):
-                own = self._buckets.pop(address, None) or TokenBucket(_RATE, _BURST, now)
-                self._buckets[address] = own
+            for who in list(self._ready):
+                own = self._buckets.pop(who, None) or TokenBucket(_RATE, _BURST, now)
+                self._buckets[who] = own
                 if not (own.has(now) and self._bucket.has(now)):
                     continue
-                queue = self._ready[address] = self._ready.pop(address)  # now behind the others
+                queue = self._ready[who] = self._ready.pop(who)  # now behind the others
                 if not self._pass_on(*next(iter(queue.items())), self._others):
                     return
                 some = own.take(now) and self._bucket.take(now)
@@ -205,11 +216,8 @@ class Acceptor:
         connection.socket.close()
         del self._waiting[descriptor]
         self._ready_stops.pop(descriptor, None)
-        for by_address in (self._of_address, self._ready):
-            if (same := by_address.get(connection.address)) is not None:
-                same.pop(descriptor, None)
-                if not same:
-                    del by_address[connection.address]
+        _remove(self._of_address, connection.address, descriptor)
+        _remove(self._ready, connection.who, descriptor)
 
 
 def _asks_to_stop(received: bytes, *, here_alone: bool) -> bool:
@@ -221,6 +229,19 @@ def _asks_to_stop(received: bytes, *, here_alone: bool) -> bool:
         and "upgrade" not in head.headers  # a WebSocket stops nothing
         and foreign_reason(head.headers, here_alone=here_alone) is None
     )
+
+
+def _may_be_typed_stop(received: bytes) -> bool:
+    head = read_head(received) if received.startswith(b"POST /said") else None
+    return head is not None and may_be_typed_stop(head.method, head.path, head.headers)
+
+
+def _remove(kept: dict[Any, dict[int, _Waiting]], key: Any, descriptor: int) -> None:
+    """Remove a connection from those kept under a key, and the key after the last one."""
+    if (same := kept.get(key)) is not None:
+        same.pop(descriptor, None)
+        if not same:
+            del kept[key]
 
 
 def main(listener: str, stops: str, others: str, *flags: str) -> None:

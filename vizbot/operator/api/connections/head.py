@@ -6,6 +6,7 @@ The acceptor reads it, too, so only the standard library is imported.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 END = b"\r\n\r\n"
@@ -16,6 +17,8 @@ _HEAD = re.compile(
     % {b"token": _TOKEN}
 )
 _LENGTH_DIGITS = 20
+_SHORT = 256
+"""Longest body of a sentence that may be a stop [bytes]."""
 _FRAMING = ("content-length", "transfer-encoding")
 
 
@@ -56,3 +59,12 @@ def read_head(received: bytes) -> Head | None:
     ):
         return None
     return Head(method, target.partition("?")[0], headers)
+
+
+def may_be_typed_stop(method: str, path: str, headers: Mapping[str, str]) -> bool:
+    """Whether a request with this head may be a sentence that stops: one with a short body.
+
+    Such are counted by themselves, so that no flood of long ones keeps a stop waiting.
+    """
+    length = headers.get("content-length", "")
+    return (method, path) == ("POST", "/said") and length.isdecimal() and int(length) <= _SHORT
