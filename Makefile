@@ -10,14 +10,13 @@ NVIDIA_PROC ?= /proc/driver/nvidia/version
 NVIDIA_SMI ?= nvidia-smi
 CPU_INDEX ?= https://download.pytorch.org/whl/cpu
 NVIDIA = $(or $(wildcard $(NVIDIA_PROC)),$(shell $(NVIDIA_SMI) -L >/dev/null 2>&1 && echo $(NVIDIA_SMI)))
-TORCH_BUILD := as PIP_ARGS say
 ifeq ($(origin PIP_ARGS),undefined)
+WITH_CUDA := , for $(NVIDIA) shows an NVIDIA driver
 ifeq ($(NVIDIA),)
-TORCH_BUILD := without CUDA, since no NVIDIA driver is here; another one with: make PIP_ARGS="--extra-index-url URL"
+WITHOUT_CUDA := , since no NVIDIA driver is here; another one with: make PIP_ARGS="--extra-index-url URL"
+WITH_CUDA := , though no NVIDIA driver is here: $(CPU_INDEX) cannot be reached. Ctrl-C ends this; try again later, or give another index with: make PIP_ARGS="--extra-index-url URL"
 # One try more: where that index does not answer, five for each package would take a minute.
 PIP_ARGS := --retries 1 --extra-index-url $(CPU_INDEX)
-else
-TORCH_BUILD := as the package index has it, for $(NVIDIA) shows an NVIDIA driver
 endif
 endif
 # What `make test` runs; as a default all that takes no long time.
@@ -31,9 +30,6 @@ NODE_WITH := libatomic1
 TESTED_WITH := espeak-ng $(NODE_WITH)
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
-
-# Where the index of builds without CUDA cannot be reached, pip takes what the package index has.
-WITH_CUDA := It comes with CUDA: 3 GB more to download, 5.8 GB more on disk$(if $(NVIDIA),, though no NVIDIA driver is here: $(CPU_INDEX) cannot be reached. Ctrl-C ends this; try again later or give another index as above)
 
 .PHONY: demo test test-long check install develop lock sbom python system clean
 
@@ -79,12 +75,14 @@ python:
 # NVIDIA's libraries come by version, from the index that PIP_ARGS may name, because their builds differ from
 # index to index. They come last: what else PyTorch needs is there by then, by its hash.
 .venv/installed: pyproject.toml pip.lock requirements.lock torch.lock
-	@echo "Installing vizbot with its simulator into .venv: 0.5 GB to download, 2 GB on disk, some minutes"
+	@echo "Looking up how much there is to install"
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r pip.lock
-	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r requirements.lock
 	@$(BIN)/python -m pip install --quiet --dry-run --report .venv/torch.json $(PIP_ARGS) -c torch.lock torch >/dev/null
-	@echo 'PyTorch $(TORCH_BUILD)'; if grep -q '"name": "nvidia' .venv/torch.json; then echo '$(WITH_CUDA)'; fi
+	@if grep -q '"name": "nvidia' .venv/torch.json; then size="3 GB to download, 6 GB on disk, many minutes" with='with CUDA$(WITH_CUDA)'; \
+	else size="0.5 GB to download, 2 GB on disk, some minutes" with='without CUDA$(WITHOUT_CUDA)'; fi; \
+	echo "Installing vizbot with its simulator into .venv: $$size. PyTorch comes $$with"
+	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r requirements.lock
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c torch.lock torch
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
 	@touch $@

@@ -19,7 +19,7 @@ class CostmapConfig(BaseModel):
 
     model_config = SETTINGS
 
-    robot_radius: float = Field(default=0.175, ge=0.05, le=0.5)
+    robot_radius: float = Field(default=0.175, ge=0.1, le=0.5)
     """Half the width of the robot over the bumper [m]."""
     margin: float = Field(default=0.025, ge=0.001, le=0.5)
     """Further distance from obstacles wherever there is another path [m]."""
@@ -182,7 +182,7 @@ class RecoveryConfig(BaseModel):
     """Time that a robot that may resume by itself waits to be put down [s]."""
     blind_patience: float = Field(default=5.0, ge=0.0, le=600.0)
     """Time without depth after which the robot turns once around, then gives up [s]."""
-    battery_floor: float = Field(default=0.1, ge=0.02, le=0.9)
+    battery_floor: float = Field(default=0.1, ge=0.05, le=0.9)
     """Charge below which the search ends, as a share of a full battery [1]."""
     edge_patience: float = Field(default=6.0, ge=0.5, le=600.0)
     """Time after which a robot that is still at an edge gives up [s]."""

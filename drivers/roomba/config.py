@@ -23,7 +23,7 @@ class RoombaConfig(BaseModel):
     either way [rad/s]."""
     acceleration: float = Field(default=0.8, ge=0.05, le=100.0)
     """Largest acceleration of a wheel at its rim [m/s^2]."""
-    deceleration: float = Field(default=4.0, ge=0.05, le=100.0)
+    deceleration: float = Field(default=4.0, ge=0.2, le=100.0)
     """Largest deceleration of a wheel rim; commanded stops and reflexes are at once [m/s^2]."""
     command_timeout: float = Field(default=0.3, ge=0.05, le=0.5)
     """Time without a drive() after which the wheels stop; 0.5 at most, because a robot whose

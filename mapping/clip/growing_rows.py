@@ -6,6 +6,7 @@ addresses for far more rows than it holds. The system gives memory to those that
 
 from __future__ import annotations
 
+import logging
 import math
 import mmap
 import resource
@@ -19,6 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
 Number = TypeVar("Number", bound=np.generic)
+
+log = logging.getLogger(__name__)
 
 ROOM = 1 << 22
 """Rows that have addresses, four times those of the largest map that is measured. What grows beyond
@@ -99,4 +102,10 @@ def _has_addresses() -> bool:
         policy = Path("/proc/sys/vm/overcommit_memory").read_text().strip()
     except OSError:
         policy = ""
-    return limit == resource.RLIM_INFINITY and policy != _STRICT
+    free = limit == resource.RLIM_INFINITY and policy != _STRICT
+    if not free:
+        log.warning(
+            "addresses are limited here (ulimit -v, or vm.overcommit_memory is 2): a map that grows"
+            " is copied now and then, for which the robot waits"
+        )
+    return free

@@ -13,7 +13,7 @@ class WorldConfig(BaseModel):
 
     model_config = SETTINGS
 
-    robot_radius: float = Field(default=0.175, ge=0.05, le=0.5)
+    robot_radius: float = Field(default=0.175, ge=0.1, le=0.5)
     """Radius of the base with its bumper [m]."""
     mast_radius: float = Field(default=0.06, ge=0.005, le=0.3)
     """Radius of the mast with the camera [m]."""

@@ -26,10 +26,24 @@ def planned(target, *variables, **environment):
 
 
 def torch_line(*variables, **environment):
-    """How PyTorch is installed, and the line that says why."""
+    """How PyTorch is installed."""
     lines = planned(".venv/installed", f"PYTHON={sys.executable}", *variables, **environment)
-    (index,) = (i for i, line in enumerate(lines) if line.endswith("-c torch.lock torch"))
-    return lines[index], lines[index - 1]
+    (line,) = (each for each in lines if each.endswith("-c torch.lock torch"))
+    return line
+
+
+def said_where(folder, package, *variables):
+    """What `make` says it will install, where PyTorch needs this package."""
+    lines = planned(".venv/installed", f"PYTHON={sys.executable}", *variables)
+    (start,) = (i for i, line in enumerate(lines) if line.startswith("if grep"))
+    (folder / ".venv").mkdir(exist_ok=True)
+    (folder / ".venv/torch.json").write_text(f'{{"install": [{{"name": "{package}"}}]}}')
+    said = subprocess.run(
+        ["sh", "-c", "\n".join(lines[start : start + 3])],
+        cwd=folder, capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    (line,) = said.splitlines()
+    return line
 
 
 @pytest.fixture
@@ -37,10 +51,11 @@ def no_driver(tmp_path):
     return (f"NVIDIA_PROC={tmp_path}/none", f"NVIDIA_SMI={tmp_path}/none")
 
 
-def test_without_an_nvidia_driver_pytorch_comes_without_cuda_and_make_says_so(no_driver):
-    line, reason = torch_line(*no_driver)
-    assert f" --extra-index-url {CPU_INDEX} " in line
-    assert "no NVIDIA driver" in reason and "PIP_ARGS" in reason
+def test_without_an_nvidia_driver_pytorch_comes_without_cuda_and_make_says_so(no_driver, tmp_path):
+    assert f" --extra-index-url {CPU_INDEX} " in torch_line(*no_driver)
+    said = said_where(tmp_path, "numpy", *no_driver)
+    assert "without CUDA, since no NVIDIA driver" in said and "PIP_ARGS" in said
+    assert "2 GB on disk" in said and "with CUDA" not in said
 
 
 def test_a_driver_that_the_kernel_or_its_program_shows_takes_pytorch_as_the_index_has_it(tmp_path):
@@ -50,23 +65,24 @@ def test_a_driver_that_the_kernel_or_its_program_shows_takes_pytorch_as_the_inde
     program.write_text('#!/bin/sh\n[ "$*" = -L ]\n')
     program.chmod(0o755)
     for proc, smi in ((kernel, "none"), (tmp_path / "none", program)):
-        line, reason = torch_line(f"NVIDIA_PROC={proc}", f"NVIDIA_SMI={smi}")
-        assert "index-url" not in line
-        assert "shows an NVIDIA driver" in reason
+        shown = (f"NVIDIA_PROC={proc}", f"NVIDIA_SMI={smi}")
+        assert "index-url" not in torch_line(*shown)
+        said = said_where(tmp_path, "nvidia-cublas", *shown)
+        assert "with CUDA, for" in said and "shows an NVIDIA driver" in said
+        assert "6 GB on disk" in said
 
 
 def test_a_program_of_nvidia_that_finds_no_driver_shows_none(tmp_path):
     program = tmp_path / "nvidia-smi"
     program.write_text("#!/bin/sh\necho NVIDIA-SMI has failed\nexit 9\n")
     program.chmod(0o755)
-    line, _ = torch_line(f"NVIDIA_PROC={tmp_path}/none", f"NVIDIA_SMI={program}")
-    assert CPU_INDEX in line
+    assert CPU_INDEX in torch_line(f"NVIDIA_PROC={tmp_path}/none", f"NVIDIA_SMI={program}")
 
 
 @pytest.mark.parametrize("chosen", ["--extra-index-url https://example.org/cu128", ""])
 def test_who_names_an_index_is_obeyed(no_driver, chosen):
-    by_argument, _ = torch_line(*no_driver, f"PIP_ARGS={chosen}")
-    by_environment, _ = torch_line(*no_driver, PIP_ARGS=chosen)
+    by_argument = torch_line(*no_driver, f"PIP_ARGS={chosen}")
+    by_environment = torch_line(*no_driver, PIP_ARGS=chosen)
     assert by_argument == by_environment
     assert CPU_INDEX not in by_argument and chosen in by_argument
 
@@ -97,7 +113,7 @@ def test_the_line_takes_the_build_of_the_index_that_it_names(no_driver, tmp_path
     for folder in (tmp_path / "all/torch", tmp_path / "cpu/torch"):
         links = "".join(f'<a href="{each.name}">{each.name}</a>' for each in folder.iterdir())
         (folder / "index.html").write_text(f"<!DOCTYPE html><html><body>{links}</body></html>")
-    line, _ = torch_line(*no_driver, f"CPU_INDEX={(tmp_path / 'cpu').as_uri()}")
+    line = torch_line(*no_driver, f"CPU_INDEX={(tmp_path / 'cpu').as_uri()}")
     _, _, arguments = line.partition(" -m pip install ")
     subprocess.run(
         [sys.executable, "-m", "pip", "download", "--no-deps", "--dest", tmp_path / "found",
@@ -108,17 +124,23 @@ def test_the_line_takes_the_build_of_the_index_that_it_names(no_driver, tmp_path
     assert taken.name == f"torch-{pinned}+cpu-py3-none-any.whl"
 
 
-@pytest.mark.parametrize(("report", "warned"), [("nvidia-cublas", True), ("numpy", False)])
-def test_cuda_that_comes_for_want_of_another_index_is_said_before_it_comes(
-    no_driver, tmp_path, report, warned
-):
-    _, line = torch_line(*no_driver)
-    (tmp_path / ".venv").mkdir()
-    (tmp_path / ".venv/torch.json").write_text(f'{{"install": [{{"name": "{report}"}}]}}')
-    said = subprocess.run(
-        ["sh", "-c", line], cwd=tmp_path, capture_output=True, text=True, check=True
-    ).stdout
-    assert ("5.8 GB" in said and f"{CPU_INDEX} cannot be reached" in said) == warned
+def test_cuda_that_comes_for_want_of_another_index_is_said_before_it_comes(no_driver, tmp_path):
+    said = said_where(tmp_path, "nvidia-cublas", *no_driver)
+    assert "with CUDA, though no NVIDIA driver is here" in said
+    assert f"{CPU_INDEX} cannot be reached" in said
+    assert "6 GB on disk" in said and "without" not in said
+
+
+def test_an_index_that_somebody_named_is_not_said_to_be_out_of_reach(no_driver, tmp_path):
+    said = said_where(tmp_path, "nvidia-cublas", *no_driver, "PIP_ARGS=--pre")
+    assert said.endswith("PyTorch comes with CUDA")
+
+
+def test_what_is_looked_up_comes_before_what_is_said_and_that_before_what_takes_long(no_driver):
+    lines = planned(".venv/installed", *no_driver)
+    parts = ("--dry-run --report", "if grep", "-r requirements.lock", "--quiet --retries")
+    order = [next(i for i, line in enumerate(lines) if part in line) for part in parts]
+    assert order == sorted(order)
 
 
 def locked(name):
@@ -149,6 +171,5 @@ def test_checks_and_tests_install_what_they_need_beside_what_the_demo_does():
 
 
 def test_before_it_installs_make_says_what_how_much_and_how_long():
-    for target, words in ((".venv/installed", "simulator"), (".venv/developed", "tests")):
-        (said,) = (line for line in planned(target) if line.startswith("echo") and words in line)
-        assert re.search(r"\d GB.*minute", said), said
+    (said,) = (line for line in planned(".venv/developed") if re.match("echo .*tests", line))
+    assert re.search(r"\d GB.*minute", said), said

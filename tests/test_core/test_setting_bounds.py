@@ -107,7 +107,7 @@ NO_ROBOT = {
     "recovery.back_off_distance": (1000, "in metres"),
     "recovery.undocking": (1000, "in metres: 1000 mm are 1"),
     "recovery.edge_patience": (1e9, "in seconds"),
-    "recovery.battery_floor": (0, "at least 0.02"),
+    "recovery.battery_floor": (0, "at least 0.05"),
     "navigator.costmap.robot_radius": (1e-6, "in metres"),
     "navigator.follower.max_linear": (430, "in metres per second: 430 mm/s are 0.43"),
     "navigator.follower.max_angular": (75, "in radians per second: 75 degrees/s are 1.309"),
@@ -126,6 +126,22 @@ def test_what_no_robot_of_this_kind_has_is_refused_with_what_may_have_been_meant
     line = str(refusal.value)
     assert f"{key} = {value}: " in line and told in line and "\n" not in line
     assert "max_height" not in line
+
+
+@pytest.mark.parametrize(
+    ("key", "factor"),
+    [("roomba.wheel_base", 0.5), ("roomba.wheel_base", 2.0), ("roomba.wheel_scale", 2.0),
+     ("roomba.deceleration", 0.04), ("navigator.costmap.robot_radius", 0.5),
+     ("recovery.battery_floor", 0.4), ("recovery.back_off_distance", 4.0)],
+)  # fmt: skip
+def test_what_wheels_and_stops_rest_on_leaves_little_room(key, factor, tmp_path):
+    value: object = Config()
+    for name in key.split("."):
+        value = getattr(value, name)
+    table, _, name = key.rpartition(".")
+    (tmp_path / "robot.toml").write_text(f"[{table}]\n{name} = {value * factor}\n")
+    with pytest.raises(ConfigError, match=rf"{key} = .*: it must be at (least|most)"):
+        load_config(tmp_path / "robot.toml")
 
 
 def test_percent_are_told_where_a_share_is_asked_for(tmp_path):

@@ -423,7 +423,9 @@ def test_a_fetched_model_without_its_weights_says_what_is_missing(folder, cache)
     without(WEIGHTS)(folder)
     fetched(cache, folder, MAIN, "main")
     line = refusal("ViT-B/32")
-    assert f"neither {WEIGHTS} nor {PICKLE}" in line and f"hf download {B32}" in line
+    assert (
+        f"neither {WEIGHTS} nor {PICKLE}" in line and f"hf download --force-download {B32}" in line
+    )
 
 
 def test_a_link_to_a_blob_that_was_not_fetched_whole_is_a_missing_file(folder, cache):

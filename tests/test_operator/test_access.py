@@ -34,7 +34,8 @@ class Guarded:
     def __call__(self, headers, path="/state", query=b"", client="10.0.0.9"):
         """The status with which a request is answered."""
         scope = {
-            "type": "http", "method": "POST", "path": path, "query_string": query, "client": (client, 1),
+            "type": "http", "method": "POST", "path": path, "query_string": query,
+            "client": (client, 1),
             "headers": [(key.encode(), value.encode()) for key, value in headers.items()],
         }  # fmt: skip
         asyncio.run(self.guard(scope, None, self.send))

@@ -76,6 +76,17 @@ import nav.explored_area
 folder = Path(os.environ["NUMBA_CACHE_DIR"])
 print(folder, len(list(folder.rglob("*.nbi"))), str(folder) == numba.config.CACHE_DIR)
 """
+_NOWHERE_AT_ALL = """
+import tempfile
+import vizbot
+vizbot.__file__ = "/proc/nowhere/vizbot/__init__.py"
+tempfile.tempdir = "/proc/nowhere"
+try:
+    import vizbot.core.program.kernels
+except Exception as error:
+    print(f"{type(error).__name__}: {error}")
+"""
+NOWHERE = {"HOME": "/proc/nowhere", "XDG_CACHE_HOME": "/proc/nowhere"}
 OURS = ("nav", "mapping", "vizbot", "drivers", "sim_stubs")
 
 
@@ -153,23 +164,41 @@ def test_from_an_empty_cache_everything_is_compiled_before_the_first_tick(tmp_pa
     assert during == 0
 
 
-def test_an_account_that_can_write_neither_home_nor_installation_compiles_for_one_run(tmp_path):
-    home = {"HOME": "/proc/nowhere", "XDG_CACHE_HOME": "/proc/nowhere", "TMPDIR": str(tmp_path)}
+def imported(program, **environment):
+    """A Python that ran a program with no folder for kernels but these."""
     kept = {name: each for name, each in os.environ.items() if name != "NUMBA_CACHE_DIR"}
-    done = subprocess.run(
-        [sys.executable, "-c", _WITHOUT_A_HOME],
+    return subprocess.run(
+        [sys.executable, "-c", program],
         cwd=ROOT,
-        env=kept | home,
+        env=kept | environment,
         capture_output=True,
         text=True,
-        check=True,
     )
+
+
+def test_an_account_that_can_write_neither_home_nor_installation_compiles_for_one_run(tmp_path):
+    done = imported(_WITHOUT_A_HOME, **NOWHERE, TMPDIR=str(tmp_path))
     folder, count, known = done.stdout.split()
     assert folder.startswith(str(tmp_path)) and int(count) > 0 and known == "True"
     [line] = done.stderr.splitlines()
     assert "neither the installation nor a home can be written" in line
     assert "NUMBA_CACHE_DIR" in line
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_account_that_can_write_nowhere_at_all_is_told_in_a_line():
+    done = imported(_NOWHERE_AT_ALL, **NOWHERE)
+    assert done.stdout.startswith("ConfigError: no folder can be written"), done.stderr
+    assert "set TMPDIR or NUMBA_CACHE_DIR" in done.stdout
+
+
+def test_what_compiles_first_says_what_takes_its_first_minutes(tmp_path):
+    program = "import vizbot.core.program.kernels"
+    [line] = imported(program, NUMBA_CACHE_DIR=str(tmp_path)).stderr.splitlines()
+    assert "compiling what computes maps and ways, once: one to two minutes" in line
+    (tmp_path / "nav_1").mkdir()
+    (tmp_path / "nav_1/costmap.inflate-8.py311.nbi").touch()
+    assert imported(program, NUMBA_CACHE_DIR=str(tmp_path)).stderr == ""
 
 
 def test_a_run_without_compiled_kernels_says_what_takes_its_first_minutes(tmp_path, monkeypatch):

@@ -34,7 +34,6 @@ from vizbot.commands.options import (
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.program.garbage import collecting_afterwards, keep_freed_memory
 from vizbot.core.program.interrupts import ending_on_signals, is_interrupt
-from vizbot.core.program.kernel_folder import is_empty
 from vizbot.core.program.threads import keep_a_core_free, let_threads_sleep
 from vizbot.operator.printing import echo
 
@@ -95,7 +94,6 @@ def dry_run(options: DryRunOptions) -> None:
         from vizbot.commands.run_plan import plan_dry_run, world_beside
 
         plan = plan_dry_run(options)  # what cannot be is refused before the rest of it is loaded
-    _say_what_is_compiled()
     with world_beside(plan) as world:
         with collecting_afterwards():
             from vizbot.commands.dry_run import run
@@ -116,7 +114,6 @@ def launch(options: LaunchOptions) -> None:
         from vizbot.commands.run_plan import plan_launch
 
         plan = plan_launch(options)
-        _say_what_is_compiled()
         from vizbot.commands.launch import run
 
     run(plan, options)
@@ -160,11 +157,6 @@ _command("voice", _ASK, '--wake "hey robot"')(voice)
 app.add_typer(config_app, name="config", rich_help_panel=_SET_UP)
 app.add_typer(stub_app, name="stub", rich_help_panel=_SET_UP)
 app.add_typer(map_app, name="map", rich_help_panel=_LOOK_BACK)
-
-
-def _say_what_is_compiled() -> None:
-    if is_empty():
-        echo("compiling what computes maps and ways, once: one to two minutes", err=True)
 
 
 def _require_utf8(arguments: Sequence[str]) -> None:

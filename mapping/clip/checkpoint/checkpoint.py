@@ -176,15 +176,17 @@ def _sought(name: str) -> tuple[str, list[Snapshot], str]:
         whole = [Snapshot(folder, "")]
         return str(folder), snapshots_in(folder) or whole, remedy
     source = SHORT_NAMES.get(name, name)
-    fetched = f"fetch it with: hf download {source}"
-    known = source in SHORT_NAMES.values()
-    remedy = fetched if known else f"{_CLIP_ALONE}; if it is one, {fetched}"
     if not re.fullmatch(r"[\w.-]+/[\w.-]+", source):
         raise ConfigError(
             f"no CLIP model {name!r}: give {' or '.join(SHORT_NAMES)}, a hub name like"
             f" {_EXAMPLE}, or an existing folder"
         )
-    return source, snapshots_of(source), remedy
+    snapshots = snapshots_of(source)
+    again = " --force-download" if snapshots else ""  # without it a damaged file stays as it is
+    fetched = f"fetch it with: hf download{again} {source}"
+    known = source in SHORT_NAMES.values()
+    remedy = fetched if known else f"{_CLIP_ALONE}; if it is one, {fetched}"
+    return source, snapshots, remedy
 
 
 def _config(source: str, snapshots: list[Snapshot], remedy: str) -> dict[str, Any]:

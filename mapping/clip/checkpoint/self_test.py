@@ -26,23 +26,26 @@ _UNIT = 1e-3
 def fault_in_use(encoder: ClipEncoder) -> str | None:
     """What is wrong with an encoder, in words that go on from its name; None for nothing.
 
-    It embeds four texts and two pictures, and the last of each again.
+    It embeds four texts and two pictures together, and each of them alone.
     """
     texts, pictures = list(_TEXTS), _pictures()
-    return _fault("texts", encoder.embed_texts(texts), encoder.embed_texts(texts[-1:])) or _fault(
-        "pictures", encoder.embed_images(pictures), encoder.embed_images(pictures[-1:])
-    )
+    alone = np.concatenate([encoder.embed_texts([each]) for each in texts])
+    if (fault := _fault("texts", encoder.embed_texts(texts), alone)) is not None:
+        return fault
+    alone = np.concatenate([encoder.embed_images([each]) for each in pictures])
+    return _fault("pictures", encoder.embed_images(pictures), alone)
 
 
-def _fault(of: str, rows: NDArray[np.float32], last: NDArray[np.float32]) -> str | None:
+def _fault(of: str, rows: NDArray[np.float32], alone: NDArray[np.float32]) -> str | None:
     if not (np.abs(np.linalg.norm(rows, axis=1) - 1.0) < _UNIT).all():  # nor is NaN
         return f"embeds {of} as what is no direction: its weights are damaged"
     apart = np.abs(rows[:, None] - rows[None]).max(axis=-1) + np.eye(len(rows))
     if not (apart > _APART).all():
         because = "its tokenizer knows no words" if of == "texts" else "its weights are damaged"
         return f"embeds different {of} as the same: {because}"
-    cosines = rows @ last[0]
-    if int(np.argmax(cosines)) != len(rows) - 1 or not cosines[-1] >= _SAME:
+    nearest = np.linalg.norm(rows[:, None] - alone[None], axis=-1).argmin(axis=1)
+    alike = (rows * alone).sum(axis=-1) >= _SAME
+    if (nearest != np.arange(len(rows))).any() or not alike.all():
         return f"embeds {of} otherwise alone than among others, or in another order"
     return None
 

@@ -1,4 +1,7 @@
-"""Numba's `njit`, with a folder for compiled kernels also where an account can keep none."""
+"""Numba's `njit`, with a folder for compiled kernels also where an account can keep none.
+
+What takes the first minutes is said once, by whatever command compiles first.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,8 @@ from tempfile import mkdtemp
 import numba
 from numba import njit
 
-from vizbot.core.program.kernel_folder import VARIABLE, can_keep
+from vizbot.core.errors import ConfigError
+from vizbot.core.program.kernel_folder import VARIABLE, can_keep, is_empty
 
 __all__ = ["njit"]
 
@@ -23,7 +27,15 @@ if not can_keep():
         " run, one to two minutes; to keep them set %s to a folder of this account",
         VARIABLE,
     )
-    _folder = mkdtemp(prefix="vizbot-kernels-")
+    try:
+        _folder = mkdtemp(prefix="vizbot-kernels-")
+    except OSError as error:
+        raise ConfigError(
+            "no folder can be written, not even a temporary one, and compiled kernels need one:"
+            f" set TMPDIR or {VARIABLE} to a folder of this account"
+        ) from error
     atexit.register(shutil.rmtree, _folder, ignore_errors=True)
     # The programs that this one starts share it.
     os.environ[VARIABLE] = numba.config.CACHE_DIR = _folder
+elif is_empty():
+    log.warning("compiling what computes maps and ways, once: one to two minutes")
