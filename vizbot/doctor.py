@@ -94,7 +94,7 @@ class _Trial:
     """How far the encoder's check has come.
 
     Attributes:
-        began: When it began to load the encoder, of which there are weights [s]; None before.
+        began: When it began to load the encoder [s]; None before.
         first_patch: When it began to embed the first patch [s]; None before.
     """
 
@@ -256,11 +256,11 @@ def _rate(subject: str, rate: float, wanted: float, remedy: str) -> Finding:
 
 
 def _encoder(config: Config, clock: Clock, trial: _Trial, rehearsal: bool) -> Iterator[Finding]:
-    from mapping.clip.encoder import gpu_name
+    trial.began = began = clock.now()
+    from mapping.clip.encoder import gpu_name  # loads torch, which takes a while on slow disks
 
     try:
         require_encoder(config.clip, config.device)
-        trial.began = began = clock.now()
         encoder = open_encoder(config.clip, config.device, config.half)
     except ConfigError as error:
         said = str(error)
@@ -298,9 +298,12 @@ def _under_way(trial: _Trial, clock: Clock) -> bool:
 
 
 def _too_slow(config: Config, trial: _Trial, clock: Clock) -> Finding | None:
-    """Of an encoder that has not embedded a patch or two yet; None where it is not that far."""
-    if trial.first_patch is None:
+    """Of an encoder that has not embedded a patch or two yet; None where none is being loaded."""
+    if trial.began is None:
         return None
+    if trial.first_patch is None:
+        loading = f"{config.clip}: not loaded after {clock.now() - trial.began:.0f} s"
+        return Finding("CLIP", Grade.POOR, loading, _FASTER)
     patches = len(_black_patches(config))
     least = (clock.now() - trial.first_patch) / 2 * patches
     return Finding("CLIP", Grade.POOR, f"{config.clip}: over {least:.0f} s a frame", _FASTER)

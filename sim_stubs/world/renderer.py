@@ -31,9 +31,11 @@ from vizbot.core.types import SE3, Intrinsics
 
 REMEDY = "apt-get install libegl1 libgl1"
 _CHOSEN = {
-    name: os.environ[name] for name in ("MUJOCO_GL", "PYOPENGL_PLATFORM") if os.environ.get(name)
+    name: value if value.isprintable() else ascii(value)
+    for name in ("MUJOCO_GL", "PYOPENGL_PLATFORM")
+    if (value := os.environ.get(name))
 }
-"""How somebody has other programs render."""
+"""How somebody has other programs render, as it can be shown."""
 
 
 def cannot_render(error: object = "") -> DeviceError:

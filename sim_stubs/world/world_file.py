@@ -22,7 +22,7 @@ from vizbot.core.program.log_records import LogRecords
 
 _PROCESSOR, _MEMORY = 20, 2_000_000_000
 """Most processor time [s] and memory [bytes] to read a world; homes by others take a tenth."""
-_WAITING = 120.0
+_WAITING = 40.0
 """Longest time to read a world [s], which may wait for a pipe and take no processor."""
 _REMEDY = "save it again in the program that made it, or give another one"
 

@@ -1,15 +1,19 @@
 """The bank of pictures is embedded once for a set of weights."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 from safetensors.torch import load_file
 
+from mapping import map_bundle
 from mapping.clip.background import kept_bank
 from mapping.clip.background.kept_bank import bank_file
 from mapping.clip.background.pictures import bank
 from mapping.clip.encoder import load_clip
-from mapping.clip.scores import Background
+from mapping.clip.scores import NO_PICTURES, Background
+from tests.helpers.bundles import bundle_of
 from tests.helpers.random_clip import save_tiny_clip
 from vizbot.commands.progress import BankProgress, parts_with_bank
 
@@ -136,6 +140,17 @@ def test_a_run_embeds_the_bank_beforehand_and_says_how_far_it_is(weights, capsys
     assert out == "" and "embeds 256 pictures" in err and "256 of 256 pictures after" in err
     assert parts_with_bank(Counting(weights)) is not None
     assert capsys.readouterr() == ("", "")
+
+
+def test_a_question_about_a_map_without_a_bank_says_how_far_it_is(weights, capsys):
+    encoder = Counting(weights)
+    bundle = bundle_of(1)
+    wide = np.tile(bundle.elements.embeddings, 4)  # 16 numbers, as those of the encoder
+    elements = replace(bundle.elements, embeddings=wide)
+    bundle = replace(bundle, elements=elements, statistics=None, pictures=NO_PICTURES)
+    map_bundle.with_background(bundle, encoder, BankProgress("ViT-L/14"))
+    assert encoder.pictures == 256
+    assert "ViT-L/14 embeds 256 pictures" in capsys.readouterr().err
 
 
 def test_an_encoder_without_a_name_of_its_weights_embeds_with_the_first_frame(mean_colours):

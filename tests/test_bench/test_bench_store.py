@@ -63,6 +63,7 @@ def test_a_finished_row_leaves_no_others_behind(tmp_path):
         b"NaN",
         b"[" * 5000,
         b'{"key":1,"commit":1,"hardware":1}',
+        b'{"key":["k"],"commit":"c","hardware":"","home":1,"goals":[]}',
         b"\xff\xfe",
         b"\x00",
     ],
@@ -73,3 +74,8 @@ def test_a_line_that_is_no_result_is_named(tmp_path, line):
     path.write_bytes(path.read_bytes() + line + b"\n")
     with pytest.raises(ConfigError, match=r"a\.jsonl, line 2"):
         Store(path, HomeGoals)
+
+
+def test_a_folder_in_the_place_of_the_results_is_told_in_a_line(tmp_path):
+    with pytest.raises(ConfigError, match="cannot be read: Is a directory"):
+        Store(tmp_path, HomeGoals)

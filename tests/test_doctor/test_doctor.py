@@ -203,6 +203,19 @@ def test_an_encoder_whose_first_patch_does_not_end_is_poor_by_what_it_took_so_fa
     assert clip.found == "ViT-L/14: over 1000 s a frame" and "smaller encoder" in clip.remedy
 
 
+def test_an_encoder_that_is_still_being_loaded_is_poor_by_the_time_it_took_so_far(
+    tmp_path, monkeypatch
+):
+    clock = SimulatedClock()
+    start, began = clock.start, clock.now()
+    monkeypatch.setattr(clock, "start", lambda _check, _latency: start(list, math.inf))
+    trial = doctor._Trial(began)
+    monkeypatch.setattr(doctor, "_Trial", lambda: trial)
+    found = examine(Config(clip="ViT-L/14"), clock, tmp_path)
+    [clip] = [each for each in found if each.subject == "CLIP"]
+    assert clip.verdict is Grade.POOR and clip.found == "ViT-L/14: not loaded after 100 s"
+
+
 @pytest.mark.parametrize(("asked", "verdict"), [(False, Grade.BAD), (True, Grade.POOR)])
 def test_the_rehearsal_encoder_is_bad_before_a_real_camera_unless_it_is_asked_for(asked, verdict):
     config = Config.model_validate({"perception": {"clip_mapper": {"scales": [1]}}})

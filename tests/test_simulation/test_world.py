@@ -262,8 +262,9 @@ def test_a_machine_without_opengl_is_told_what_to_install(monkeypatch):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("MUJOCO_GL", "glfw"), ("MUJOCO_GL", "osmesa"), ("PYOPENGL_PLATFORM", "osmesa")],
-)
+    [("MUJOCO_GL", "glfw"), ("MUJOCO_GL", "osmesa"), ("PYOPENGL_PLATFORM", "osmesa"),
+     ("MUJOCO_GL", "\x1b[31mred")],
+)  # fmt: skip
 def test_a_variable_that_makes_rendering_fail_is_named_to_be_unset(tmp_path, name, value):
     command = [sys.executable, "-m", "vizbot", "stub", "realsense", "--world", "3"]
     unset = {key: each for key, each in os.environ.items() if "GL" not in key}
@@ -278,4 +279,6 @@ def test_a_variable_that_makes_rendering_fail_is_named_to_be_unset(tmp_path, nam
     if done.returncode == 0:
         pytest.skip(f"this machine renders with {name}={value}")
     line = done.stderr.splitlines()[-1]
-    assert f"with {name}={value}, which is set here" in line and line.endswith(f"unset {name}")
+    shown = value if value.isprintable() else ascii(value)
+    assert f"with {name}={shown}, which is set here" in line and line.endswith(f"unset {name}")
+    assert line.isprintable()

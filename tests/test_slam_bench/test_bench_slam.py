@@ -66,6 +66,13 @@ def asked(sequence, **changes):
     return SlamBench(sequence, **(known | changes))
 
 
+def test_what_no_camera_delivers_is_said_of_the_sequence(sequence, caplog):
+    said = json.loads((sequence / "camera.json").read_text())
+    (sequence / "camera.json").write_text(json.dumps(said | {"cy": 40.0}))
+    run_slam(asked(sequence, runs=1))
+    assert any("the principal point 80, 40 is far" in each.getMessage() for each in caplog.records)
+
+
 def test_a_sequence_is_tracked_and_its_error_told_beside_a_peer(sequence):
     outcome = run_slam(asked(sequence))
     ours, features, opencv = outcome.rows[:3]

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import logging
 
+from vizbot.core.notice import NOTICE
 from vizbot.operator.printing import PrintableFormatter
 
 
 def show_warnings() -> None:
-    """Show warnings."""
+    """Show notices and warnings."""
     shown = logging.StreamHandler()
-    shown.setLevel(logging.WARNING)  # a run's log file has more
+    shown.setLevel(NOTICE)  # a run's log file has more
     shown.setFormatter(PrintableFormatter("%(levelname)s: %(message)s"))
-    logging.basicConfig(level=logging.WARNING, handlers=[shown])
+    logging.basicConfig(level=NOTICE, handlers=[shown])
 
 
 def show_events() -> None:

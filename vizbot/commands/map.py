@@ -109,6 +109,7 @@ def query(options: MapQueryOptions) -> None:
         VizbotError: the map cannot be read, was made by another encoder, or the text asks for
             nothing, or for what the method cannot answer.
     """
+    from vizbot.commands.progress import BankProgress
     from vizbot.commands.sentences import parse_question
     from vizbot.operator.language.language import load_language
 
@@ -126,7 +127,7 @@ def query(options: MapQueryOptions) -> None:
     from vizbot.operator.session.place_answers import count_places, find_places
 
     if not by_paper:
-        bundle = map_bundle.with_background(bundle, encoder)
+        bundle = map_bundle.with_background(bundle, encoder, BankProgress(encoder.model_id))
     answer = find_places(bundle, goal, encoder.log_odds, config.objectnav)
     count = None
     if isinstance(question, HowMany):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mapping.calibration.floor_level import estimate_mount
 from vizbot.core.camera_limits import FARTHEST_DEPTH
+from vizbot.core.notice import NOTICE
 from vizbot.core.types import SE3, Intrinsics, RGBDFrame
 
 log = logging.getLogger(__name__)
@@ -22,7 +23,7 @@ _FRAMES, _EVERY = 50, 10
 _MOST_FRAMES, _VIEWS, _OTHER_VIEW = 600, 4, 0.1
 """Frames among which views of the floor are looked for, views that are enough, and the least mean
 change of depth between two, of the depth: a bed may fill the view of a robot at rest."""
-_FARTHEST_OFF_CENTRE = 0.15
+_FARTHEST_OFF_CENTRE = 0.1
 """Of the principal point, in widths and heights of the image."""
 _NEAREST_DEPTH, _LEAST_USABLE = 0.2, 0.7
 """Depth that a camera measures begins there [m]; least share of depth up to `FARTHEST_DEPTH`."""
@@ -37,7 +38,10 @@ _PERIODS = 1 / 250, 2.0
 
 
 class FirstFrames:
-    """Warns, once and in a line each, of what the first frames of a camera cannot be."""
+    """Warns, once and in a line each, of what the first frames of a camera cannot be.
+
+    How high the camera is above the floor is said in any case.
+    """
 
     def __init__(self, T_base_cam: SE3 | None) -> None:
         """`T_base_cam` is where the camera sits by the settings; None where that is not known."""
@@ -119,7 +123,9 @@ class FirstFrames:
         """A shelf or a bed may be taken for the floor, never something below it: the highest."""
         highest = max(self._heights, default=0.0)
         if sum(height > (1 - _AGREEING) * highest for height in self._heights) < 2:
-            log.info("the first frames show no floor: how high the camera is was not checked")
+            log.log(
+                NOTICE, "the first frames show no floor: how high the camera is was not checked"
+            )
         elif self._height is None and not _HEIGHTS[0] <= highest <= _HEIGHTS[1]:
             log.warning(
                 "the floor is %.2f m below the camera, where %g to %g m are usual:"
@@ -135,7 +141,7 @@ class FirstFrames:
                 self._height,
             )
         else:
-            log.info("the floor is %.2f m below the camera", highest)
+            log.log(NOTICE, "the floor is %.2f m below the camera", highest)
 
 
 def _differ(view: NDArray[np.float32], other: NDArray[np.float32]) -> bool:

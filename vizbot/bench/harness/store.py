@@ -43,18 +43,25 @@ class Store(Generic[T]):
         """Read the file, if there is one.
 
         Raises:
-            ConfigError: a line is no result of this kind.
+            ConfigError: the file cannot be read, or a line is no result of this kind.
         """
         self._path = path
         self._lines: list[StoredResult[T]] = []
         adapter = TypeAdapter(kind)
-        content = path.read_bytes() if path.exists() else b""
+        try:
+            content = path.read_bytes()
+        except FileNotFoundError:
+            content = b""
+        except OSError as error:
+            raise ConfigError(f"results {path} cannot be read: {error.strerror}") from error
         for number, line in enumerate(content.splitlines(), start=1):
             try:
                 fields = parse_json(line)
                 if not isinstance(fields, dict):
                     raise TypeError(f"{type(fields).__name__} is no object")
-                key, commit, hardware = (fields.pop(k) for k in ("key", "commit", "hardware"))
+                key, commit, hardware = (
+                    _text(fields.pop(k)) for k in ("key", "commit", "hardware")
+                )
                 self._lines.append(
                     StoredResult(key, commit, hardware, adapter.validate_python(fields))
                 )
@@ -104,3 +111,9 @@ class Store(Generic[T]):
         ]
         self._path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(self._path, "".join(f"{line}\n" for line in lines).encode())
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} is no text")
+    return value

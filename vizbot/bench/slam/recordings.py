@@ -48,6 +48,7 @@ from vizbot.bench.slam.sequence_scores import (
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.types import Intrinsics, RGBDFrame
+from vizbot.perception.first_frames import FirstFrames
 
 __all__ = ["NAME", "RESULTS", "RUNS", "SlamBench", "run_slam", "track_sequence"]
 
@@ -154,8 +155,15 @@ def track_sequence(frames: Iterator[RGBDFrame], estimator: Estimator) -> Tracked
 
 
 def _surveyed(frames: Iterator[RGBDFrame]) -> tuple[NDArray[np.float64], float]:
-    """Stamps (F,) of all frames [s], and the share of their pixels with depth that is of use."""
-    seen = [(f.stamp, np.mean((f.depth > 0) & (f.depth <= MAX_DEPTH))) for f in frames]
+    """Stamps (F,) of all frames [s], and the share of their pixels with depth that is of use.
+
+    What no camera delivers is said, as when a map is built of them.
+    """
+    judge, seen = FirstFrames(None), []
+    for frame in frames:
+        judge.note(frame)
+        seen.append((frame.stamp, np.mean((frame.depth > 0) & (frame.depth <= MAX_DEPTH))))
+    judge.note(None)
     stamps, shares = np.array(seen).T
     return stamps, float(shares.mean())
 

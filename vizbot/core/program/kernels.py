@@ -15,6 +15,7 @@ import numba
 from numba import njit
 
 from vizbot.core.errors import ConfigError
+from vizbot.core.notice import NOTICE
 from vizbot.core.program.kernel_folder import VARIABLE, can_keep, is_empty
 
 __all__ = ["njit"]
@@ -38,4 +39,4 @@ if not can_keep():
     # The programs that this one starts share it.
     os.environ[VARIABLE] = numba.config.CACHE_DIR = _folder
 elif is_empty():
-    log.warning("compiling what computes maps and ways, once: one to two minutes")
+    log.log(NOTICE, "compiling what computes maps and ways, once: one to two minutes")
