@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -97,14 +98,21 @@ class CurrentMap:
         for moving in (self.search, self.exploration, self.waypoint_drive, self.short_motion):
             moving.interrupt()
 
-    def close_ahead(self, T_map_base: SE3) -> None:
-        """Take what is unseen right ahead of a place for occupied: nothing is seen from there.
+    def close_ahead(self, blind: Sequence[SE3]) -> None:
+        """Take what is unseen right ahead of places for occupied: nothing is seen from there.
 
-        The frontiers there are given up. Depth that shows floor there opens it again.
+        The frontiers there are given up, and the one aimed at where it led there before. Depth that
+        shows floor there opens it again.
+
+        Args:
+            blind: `T_map_base` of each place, from which the robot has just turned away.
         """
-        mapper = self.perception.depth_mapper
-        mapper.infer_obstacle(T_map_base, unseen_ahead(mapper.grid(), T_map_base, self._view))
-        self.exploration.frontiers.give_up_ahead(T_map_base)
+        mapper, frontiers = self.perception.depth_mapper, self.exploration.frontiers
+        for T_map_base in blind:
+            mapper.infer_obstacle(T_map_base, unseen_ahead(mapper.grid(), T_map_base, self._view))
+            frontiers.give_up_ahead(T_map_base)
+        if blind and (frontier_xy := self.progress.blinding_frontier()) is not None:
+            frontiers.give_up(frontier_xy)
 
     def leave_alone(self, now: float) -> None:
         """Leave out, at `now` [s], the frontiers and places of which nothing came of late."""

@@ -257,8 +257,7 @@ class Pipeline:
             self._depth_loss.seconds,
             to_dock=to_dock,
         )
-        for T_map_blind in self.map.safety.turned_away_from():
-            self.map.close_ahead(T_map_blind)
+        self.map.close_ahead(self.map.safety.turned_away_from())
         return decision
 
     def _continue_step(self, tracked: _TrackedFrame) -> bool:

@@ -217,3 +217,13 @@ def test_a_short_move_that_gets_nowhere_ends_at_once_and_one_that_does_is_left_t
     for _ in range(70):
         search.step(Decision(AHEAD, "driving ahead", way_left=5.0))
     assert search.said[0][1].ended == (Outcome.GAVE_UP, "the robot does not move")
+
+
+def test_a_frontier_that_blinds_the_robot_twice_is_named_and_a_place_is_not():
+    search = Search()
+    assert search.guard.blinding_frontier() is None
+    search.go(1.0, aim=(2.0, 0.0))
+    assert search.guard.blinding_frontier() is None
+    assert search.guard.blinding_frontier().tolist() == [2.0, 0.0]
+    search.go(1.0, aim=(0.0, 2.0), exploring=False)
+    assert [search.guard.blinding_frontier() for _ in range(3)] == [None] * 3

@@ -32,6 +32,7 @@ from vizbot.core.types import (
     Tracking,
 )
 from vizbot.objectnav.tasks import Goal
+from vizbot.perception.sightings import Sightings
 from vizbot.pipeline import Pipeline
 
 OPEN, MATT, BARE, GLASS, LOW = range(5)
@@ -58,7 +59,9 @@ class Trouble:
 
     `what` is "depth" (it shows nothing), "lost" (nothing is recognised), "pose" (it stands still,
     whatever the robot does), "wheels" (they turn on the spot: the robot stands still), "bump" (the
-    bumper stays pressed) or "wall" (the beam of a virtual wall is received).
+    bumper stays pressed), "wall" (the beam of a virtual wall is received), "edge" (no floor ahead),
+    "overcurrent" (a wheel is stuck), "lift" (both wheels hang), "passive" (the base does not obey),
+    "charger" (its cable is plugged in) or "dock" (the base stands on the contacts of one).
     """
 
     what: str
@@ -131,17 +134,20 @@ class PlanWorld:
         self._twist = twist
 
     def base_state(self):
-        bumped = self.has("bump")
+        bumped, edge, lifted = map(self.has, ("bump", "edge", "lift"))
         return BaseState(
             self.clock.now(),
             self._odometry,
             bumped or bool(self._touched & 1),
             bumped or bool(self._touched & 2),
-            (False,) * 4,
-            (False, False),
+            (False, edge, edge, False),
+            (lifted, lifted),
             1.0,
-            BaseMode.SAFE,
+            BaseMode.PASSIVE if self.has("passive") else BaseMode.SAFE,
             virtual_wall=self.has("wall"),
+            overcurrents=(self.has("overcurrent"), False),
+            plugged_in=self.has("charger"),
+            docked=self.has("dock"),
         )
 
     @property
@@ -282,6 +288,20 @@ class PlanPerception:
 
     def grid(self):
         return self.depth_mapper.grid()
+
+    def sightings(self, _):
+        """What a search by the paper's method sees: the places in view, as alike as likely."""
+        at = np.array([place for place in self.places if self._saw(*place[:2])]).reshape(-1, 3)
+        cells = np.floor(at[:, :2] / PLACE).astype(int) - self._low
+        points = np.column_stack([at[:, :2], np.full(len(at), 0.5)])
+        return Sightings(
+            points, at[:, 2].astype(np.float32), self._seen_from[cells[:, 1], cells[:, 0]]
+        )
+
+    def _saw(self, x, y):
+        column, row = np.floor(np.array([x, y]) / PLACE).astype(int) - self._low
+        inside = 0 <= row < self._shape[0] and 0 <= column < self._shape[1]
+        return inside and bool(self._seen[row, column])
 
     def believe(self, belief):
         probabilities = np.zeros(self._shape)

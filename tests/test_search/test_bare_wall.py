@@ -60,6 +60,15 @@ def test_after_a_turn_that_brings_depth_back_the_blind_place_is_known_once():
     assert vision.turned_away_from() == []
 
 
+def test_a_robot_that_goes_blind_in_a_turn_turns_on_and_not_back():
+    for before, turns in ((0.3, -1), (-0.3, 1), (0.0, 1)):
+        vision = VisionRecovery(5.0, 0.5)
+        vision.decide(None, Tracking.TRACKING, planar(0.0, 0.0, before))
+        vision.decide(0.3, Tracking.TRACKING, planar(0.0, 0.0, 0.0))
+        turning = vision.decide(5.1, Tracking.TRACKING, planar(0.0, 0.0, 0.0))
+        assert turning.twist.angular == 0.5 * turns
+
+
 def test_depth_that_comes_back_without_a_turn_or_elsewhere_says_nothing_of_the_place():
     for T_map_after in (planar(0.0, 0.0, 0.05), planar(2.0, 0.0, 1.0)):
         vision = VisionRecovery(5.0, 0.5)

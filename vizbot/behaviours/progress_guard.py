@@ -45,6 +45,8 @@ _NEW_AGAIN = 2
 _DETOUR = 1.0
 """A way left that is suddenly longer by this is another way: the map has closed the former [m]."""
 _MOST_DETOURS = 2
+_MOST_BLINDED = 2
+"""So often the camera may show nothing on the way to a frontier."""
 _LONGEST_PERIOD = 1.0
 """Of the time between two frames no more counts: the rest is not the robot's [s]."""
 _PLACE = 0.5
@@ -66,6 +68,7 @@ class _HeldAim:
         new_again: How often it was new again.
         detours: How often the way to it was replaced by a longer one.
         barred_until: Until when it is left alone [s].
+        blinded: How often the camera showed nothing on the way to it.
     """
 
     exploring: bool
@@ -76,6 +79,7 @@ class _HeldAim:
     new_again: int = 0
     detours: int = 0
     barred_until: float = -np.inf
+    blinded: int = 0
 
 
 @dataclass(slots=True, eq=False)
@@ -119,6 +123,17 @@ class ProgressGuard:
         aims = [] if self._account is None else self._account.aims
         left_alone = [a.xy for a in aims if a.exploring == exploring and a.barred_until > now]
         return np.array(left_alone).reshape(-1, 2)
+
+    def blinding_frontier(self) -> NDArray[np.float64] | None:
+        """The frontier (2,) aimed at, after the robot was blind on its way to it once more.
+
+        To be asked whenever the camera shows something again after it showed nothing.
+        """
+        aim = None if self._account is None else self._account.newest
+        if aim is None or not aim.exploring:
+            return None
+        aim.blinded += 1
+        return aim.xy if aim.blinded >= _MOST_BLINDED else None
 
     def instead_of(
         self,

@@ -14,6 +14,8 @@ from vizbot.objectnav.tasks import Decision
 
 _TURNED = radians(10.0)
 """From so far apart two headings show different things [rad]."""
+_TURNS = radians(2.0)
+"""A robot that turned by more from one frame to the next is turning [rad]."""
 _SAME_PLACE = 0.3
 """Farther away the robot was driven or carried, and did not turn on the spot [m]."""
 
@@ -30,8 +32,9 @@ class VisionRecovery:
         """
         self._depth_patience = depth_patience
         self._turn_rate = turn_rate
-        self._turn_for_depth = LookAround(turn_rate)
+        self._turn_for_depth: LookAround | None = None
         self._turn_when_lost = LookAround(turn_rate)
+        self._yaw: float | None = None
         self._without_depth: list[SE3] = []
         self._turned_away_from: list[SE3] = []
 
@@ -51,7 +54,7 @@ class VisionRecovery:
             if _turned_on_spot(self._without_depth[0], T_map_base):
                 self._turned_away_from += self._without_depth
             self._without_depth = []
-        self._turn_for_depth = LookAround(self._turn_rate)
+        self._turn_for_depth, self._yaw = None, yaw_of(T_map_base)
         if tracking is Tracking.LOST:
             return self._turn_to_recognise(T_map_base)
         self._turn_when_lost = LookAround(self._turn_rate)
@@ -65,8 +68,18 @@ class VisionRecovery:
         poses, self._turned_away_from = self._turned_away_from, []
         return poses
 
+    def _onwards(self, T_map_base: SE3) -> LookAround:
+        """A turn in the direction in which the robot has just turned.
+
+        A turn back would be undone by what has turned it.
+        """
+        turned = 0.0 if self._yaw is None else wrap_angle(yaw_of(T_map_base) - self._yaw)
+        return LookAround(-self._turn_rate if turned < -_TURNS else self._turn_rate)
+
     def _wait_for_depth(self, depth_lost_for: float, T_map_base: SE3) -> Decision:
         """Stand still at first; what hides everything may be right in front of the camera."""
+        if self._turn_for_depth is None:
+            self._turn_for_depth = self._onwards(T_map_base)
         if not self._without_depth or _turned_on_spot(self._without_depth[-1], T_map_base):
             self._without_depth.append(T_map_base)
         if depth_lost_for < self._depth_patience:
