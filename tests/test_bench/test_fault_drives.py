@@ -209,7 +209,7 @@ def test_a_robot_that_ignores_its_battery_has_not_ended_its_search(monkeypatch):
     assert score_series(FaultSeries(("battery-low",), (1,)), [heeds]).drove_on == 1
     monkeypatch.setattr(
         fault_drives, "_config", lambda drive: Config.model_validate(
-            {"objectnav": {"look_around": False}, "recovery": {"battery_floor": 0.02},
+            {"objectnav": {"look_around": False}, "recovery": {"battery_floor": 0.05},
              "sim_camera": {"rate": 10.0}}
         )
     )  # fmt: skip
@@ -276,12 +276,26 @@ def test_the_page_says_with_what_its_results_were_made(tmp_path):
     store.add("quick", "quick", "two cores", scores[1])
     store.add(faults._key(), "abc123", "two cores", scores[0])
     page = tmp_path / "faults.md"
-    assert "run at abc123 on two cores." in faults_page(tmp_path / "faults", page)
+    made = "Run: single faults at abc123 on two cores."
+    assert made in faults_page(tmp_path / "faults", page)
     timings = Store(tmp_path / "faults/timings.jsonl", WallClockTiming)
     timings.add(faults._key(), "abc123", "two cores", TIMING)
     text = faults_page(tmp_path / "faults", page)
     assert "| bump " in text and LATENCY.summary() in text and LOCK.summary() in text
     assert faults_page(tmp_path / "nowhere", page) == ""
+
+
+def test_of_each_series_the_newest_result_is_shown_and_the_page_says_of_what_commits(tmp_path):
+    store, page = Store(tmp_path / "faults/drives.jsonl", FaultScore), tmp_path / "faults.md"
+    for name in ("bump", "cliff"):
+        series = FaultSeries((name,), tuple(range(100)))
+        store.add("old", "old", "a machine", score_series(series, [result(0.03)]))
+    newer = FaultSeries(("cliff",), tuple(range(100)))
+    store.add("new", "new", "a machine", score_series(newer, [result(0.06)]))
+    text = faults_page(tmp_path / "faults", page)
+    assert "single faults at old on a machine (1) and new on a machine (1)." in text
+    rows = {line.split("|")[1].strip(): line for line in text.splitlines() if "| " in line}
+    assert "0.03 (0.03)" in rows["bump"] and "0.06 (0.06)" in rows["cliff"]
 
 
 def test_what_is_run_is_every_fault_and_every_pair():

@@ -42,14 +42,14 @@ def test_a_ramp_keeps_the_curvature(open_rig):
 
 
 def test_a_stop_is_not_ramped(open_rig):
-    rig = open_rig(acceleration=1.0, deceleration=0.1)
+    rig = open_rig(acceleration=1.0, deceleration=0.2)
     rig.drive(Twist(0.25, 0.0), 1.0)
     rig.drive(STOP, 2 * PERIOD)
     assert rig.floor.speeds == (0.0, 0.0)
 
 
 def test_reflexes_know_no_ramp(open_rig):
-    rig = open_rig(acceleration=1.0, deceleration=0.1)
+    rig = open_rig(acceleration=1.0, deceleration=0.2)
     rig.drive(Twist(0.25, 0.0), 1.0)
     rig.clock.sleep(0.33)
     assert rig.floor.speeds == (0.0, 0.0)

@@ -12,8 +12,7 @@ from typing import Any
 from vizbot.bench.episodes.absent_things import ThingAnswer
 from vizbot.bench.episodes.episode import EpisodeResult, QueryResult
 from vizbot.bench.faults.bench import DRIVES_BY_DEFAULT, MISSIONS_BY_DEFAULT
-from vizbot.bench.faults.missions import FaultMissionResult
-from vizbot.bench.faults.scores import FaultScore
+from vizbot.bench.faults.page import drives_in, missions_in
 from vizbot.bench.faults.totals import DefaultResults, FaultTotals
 from vizbot.bench.harness.bench_plan import SEARCHED, results_file
 from vizbot.bench.harness.scores import NavigationScore, PairedCounts, Rate, interval_over_homes
@@ -245,8 +244,8 @@ def _hours(path: Path) -> Facts:
 
 
 def _fault_totals(folder: Path) -> Facts:
-    drives = Store(folder / "drives.jsonl", FaultScore).fullest()
-    missions = Store(folder / "missions.jsonl", FaultMissionResult).fullest()
+    drives = drives_in(folder / "drives.jsonl")
+    missions = missions_in(folder / "missions.jsonl")
     ours = [line.result for line in missions]
     scores = [line.result for line in drives]
     totals = FaultTotals.count(scores, ours)
@@ -267,13 +266,13 @@ def _fault_totals(folder: Path) -> Facts:
         "default_missions": len(by_default.missions),
         "default_ended": sum(m.ended_by_default for m in by_default.missions),
         "default_right": rate_facts(by_default.right),
-        "default_commit": _made(Store(folder / DRIVES_BY_DEFAULT, FaultScore).fullest())["commit"],
+        "default_commit": _made(drives_in(folder / DRIVES_BY_DEFAULT))["commit"],
     }
 
 
 def _faults_by_default(folder: Path) -> DefaultResults:
-    drives = Store(folder / DRIVES_BY_DEFAULT, FaultScore).fullest()
-    missions = Store(folder / MISSIONS_BY_DEFAULT, FaultMissionResult).fullest()
+    drives = drives_in(folder / DRIVES_BY_DEFAULT)
+    missions = missions_in(folder / MISSIONS_BY_DEFAULT)
     return DefaultResults([line.result for line in drives], [line.result for line in missions])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
@@ -85,6 +85,10 @@ class Store(Generic[T]):
             if wanted(stored.result):
                 by_key.setdefault(stored.key, []).append(stored)
         return max(reversed(by_key.values()), key=len, default=[])
+
+    def newest(self, of: Callable[[T], Hashable]) -> list[StoredResult[T]]:
+        """The newest result of each thing that `of` names, whatever its key."""
+        return list({of(stored.result): stored for stored in self._lines}.values())
 
     def all(self) -> list[StoredResult[T]]:
         """All results, in the order they were finished."""
