@@ -78,8 +78,8 @@ python:
 	@echo "Looking up how much there is to install"
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r pip.lock
-	@$(BIN)/python -m pip install --quiet --dry-run --report .venv/torch.json $(PIP_ARGS) -c torch.lock torch >/dev/null
-	@if grep -q '"name": "nvidia' .venv/torch.json; then size="3 GB to download, 6 GB on disk, many minutes" with='with CUDA$(WITH_CUDA)'; \
+	@$(BIN)/python -m pip install --quiet --dry-run --no-deps --report .venv/torch.json $(PIP_ARGS) -c torch.lock torch >/dev/null
+	@if grep -q '"nvidia-' .venv/torch.json; then size="3 GB to download, 6 GB on disk, many minutes" with='with CUDA$(WITH_CUDA)'; \
 	else size="0.5 GB to download, 2 GB on disk, some minutes" with='without CUDA$(WITHOUT_CUDA)'; fi; \
 	echo "Installing vizbot with its simulator into .venv: $$size. PyTorch comes $$with"
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r requirements.lock
