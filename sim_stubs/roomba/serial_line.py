@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from drivers.roomba.serial_port import SerialPort, WriteTimeout
+from vizbot.core.errors import DeviceError
 
 _DELIVERY_TIMEOUT = 10.0
 """Longest wall time of a delivery by the kernel [s], which takes microseconds."""
@@ -52,10 +53,21 @@ class SerialLine:
     """
 
     def __init__(self, noise: LineNoise | None = None) -> None:
+        """Open it.
+
+        Raises:
+            DeviceError: the system has no pseudo-terminal left, or none at all.
+        """
         self._noise = noise
-        self._robot, host = os.openpty()
+        try:
+            self._robot, host = os.openpty()
+            self.path = os.ttyname(host)
+        except OSError as error:
+            raise DeviceError(
+                f"no pseudo-terminal for the simulated base: {error.strerror}; in a container or a"
+                " chroot mount /dev/pts"
+            ) from error
         tty.setraw(host)
-        self.path = os.ttyname(host)
         # Without an end of its own on the host's side, a poll shows whether a program listens.
         os.close(host)
         os.set_blocking(self._robot, False)

@@ -3,8 +3,10 @@
 import pytest
 
 from drivers.roomba.commands import Opcode
+from sim_stubs.roomba.serial_line import SerialLine
 from sim_stubs.world.body import Contacts
 from tests.helpers.roomba_rig import PERIOD, BadLineRig, since
+from vizbot.core.errors import DeviceError
 from vizbot.core.types import STOP, BaseMode, Feedback, Twist
 
 JOURNEY = (Twist(0.25, 0.0), Twist(0.1, 1.5), Twist(-0.25, 0.0), Twist(0.0, -1.0), Twist(0.0, 0.0))
@@ -221,3 +223,12 @@ def test_a_base_that_is_lifted_meanwhile_is_not_asked_any_more(rig):
     rig.floor.contacts = Contacts()
     rig.clock.sleep(3.0)
     assert rig.stub.mode is BaseMode.PASSIVE
+
+
+def test_a_system_without_pseudo_terminals_is_told_in_a_line(monkeypatch):
+    def none():
+        raise OSError(19, "No such device")
+
+    monkeypatch.setattr("os.openpty", none)
+    with pytest.raises(DeviceError, match=r"pseudo-terminal.*No such device; .* mount /dev/pts"):
+        SerialLine()
