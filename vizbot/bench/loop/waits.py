@@ -19,7 +19,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -38,7 +38,7 @@ from mapping.clip.reading import Reading
 from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.bench.loop.ticks import blown_up
 from vizbot.core.errors import VizbotError
-from vizbot.core.program.garbage import keep_freed_memory
+from vizbot.core.program.garbage import collecting_afterwards, keep_freed_memory
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.loop_jobs import LoopJobs
@@ -249,15 +249,17 @@ class _People:
 
 def drive_with_people(drive: WaitingDrive, folder: Path) -> Waits:
     """Drive, and time the waits of every tick."""
-    encoder = _WideEncoder(open_encoder(UNATTENDED.clip, UNATTENDED.device))
     session, timer, own = OperatorSession(), SpanTimer(), []
-    with (
-        Rig(UNATTENDED, "sim", "sim", drive.world, first_goal=drive.goal) as rig,
-        timer.installed(_GROWING),
-    ):
-        pipeline = Pipeline(rig.devices, encoder, UNATTENDED, [session])
-        people = _People(LiveMap(session, folder), drive.saved)
-        goal, heartbeat, in_peace = pipeline.goal(drive.goal), LoopHeartbeat(), 0.0
+    with ExitStack() as opened:
+        with collecting_afterwards():  # as a run does
+            encoder = _WideEncoder(open_encoder(UNATTENDED.clip, UNATTENDED.device))
+            rig = Rig(UNATTENDED, "sim", "sim", drive.world, first_goal=drive.goal)
+            opened.enter_context(rig)
+            pipeline = Pipeline(rig.devices, encoder, UNATTENDED, [session])
+            people = _People(LiveMap(session, folder), drive.saved)
+            goal = pipeline.goal(drive.goal)
+        opened.enter_context(timer.installed(_GROWING))
+        heartbeat, in_peace = LoopHeartbeat(), 0.0
         for number in range(drive.count):
             if number == LARGE_FROM:
                 _blow_up(pipeline, drive.elements)

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import islice
 from typing import Any
 
@@ -42,6 +43,8 @@ from vizbot.operator.language.step_splitter import (
 )
 from vizbot.operator.language.wording import Wording
 
+_KEPT = 256
+"""Clauses whose parts are kept."""
 _MOST_VERBS = 12
 """Verbs of a clause before which it may be cut."""
 _MOST_PAUSES = 8
@@ -107,6 +110,7 @@ class ClauseReader:
             rf"(?:,?{pause}){{0,{_MOST_PAUSES}}},?(?P<marker>{marker})"
             rf"(?:,?(?:{marker}|{pause})){{0,{_MOST_PAUSES}}},? (?=\S)"
         )
+        self._cut_up = lru_cache(_KEPT)(self._parts)  # a line is read in more than one way
         self._marker = re.compile(marker)
         self._correction = re.compile(rf"{marker}(?: |$)")
         self._contrast = re.compile(
@@ -271,7 +275,8 @@ class ClauseReader:
         corrected = self._corrected.sub(self._cut, f" {polished}")
         cut = self._request.sub(lambda found: found["question"] or ", ", corrected)
         clauses = tidy(cut).split(", ")
-        return [part for clause in clauses for part in self._parts(clause, literals)]
+        kept = tuple(literals)
+        return [part for clause in clauses for part in self._cut_up(clause, kept)]
 
     def _cut(self, found: re.Match[str]) -> str:
         """A marker of a correction between two pauses, unless it belongs to what is before it."""
@@ -282,7 +287,11 @@ class ClauseReader:
         belongs = found.string[: found.start()].rpartition(" ")[2] in self._unfinished
         return found[0] if belongs else f",{found['marker']}, "  # "we no longer need it"
 
-    def _parts(self, clause: str, literals: Sequence[str]) -> list[str]:
+    def forget(self) -> None:
+        """Forget the clauses whose parts are kept, as where reading is timed."""
+        self._cut_up.cache_clear()
+
+    def _parts(self, clause: str, literals: tuple[str, ...]) -> list[str]:
         """A clause cut before the orders in it: "I am tired go to the sofa turn around"."""
         if self._command(clause, literals) is not None:
             return [clause]

@@ -170,6 +170,7 @@ class Grammar:
         """Forget what was read before, as where reading is timed."""
         self._parse.cache_clear()
         self._splitter.forget()
+        self._clauses.forget()
         self._reader.forget()
 
     def literals(self, line: str) -> Sequence[str]:

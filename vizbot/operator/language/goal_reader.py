@@ -120,9 +120,8 @@ class GoalReader:
     def mentions(self, words: str) -> bool:
         """Whether there is a name of a thing or room among some words."""
         said, ends = words.split(), range(1, _LONGEST_NAME + 1)
-        return any(
-            self.is_name(" ".join(said[at : at + end])) for at in range(len(said)) for end in ends
-        )
+        phrases = {" ".join(said[at : at + end]) for at in range(len(said)) for end in ends}
+        return any(map(self.is_name, phrases))
 
     def reached(self, words: str) -> str:
         """The known goal up to which words ask to drive, "until the balcony"; empty without one."""

@@ -37,9 +37,9 @@ class SentenceRule:
         """Whether it may read words that begin with this one."""
         return not self._first_words or word in self._first_words
 
-    def fits(self, said: Sequence[str]) -> bool:
-        """Whether it may read some words that it may begin with, at a first look."""
-        return not any(mark.isdisjoint(said) for mark in self._marks)
+    def fits(self, words: frozenset[str]) -> bool:
+        """Whether it may read such words, with one of which it begins, at a first look."""
+        return not any(mark.isdisjoint(words) for mark in self._marks)
 
     def read(self, words: str) -> re.Match[str] | None:
         """What it reads in some words; None where it does not read all of them."""
@@ -130,9 +130,9 @@ def readings(
     """Each rule that reads the first way to read a step, then those that read another one."""
     rules = tuple(rules)
     for way in ways:
-        said = way.split(" ")
-        for rule in _beginning(rules, said[0]):
-            if rule.fits(said) and (found := rule.read(way)) is not None:
+        first, words = way.partition(" ")[0], frozenset(way.split(" "))
+        for rule in _beginning(rules, first):
+            if rule.fits(words) and (found := rule.read(way)) is not None:
                 yield rule, found
 
 

@@ -24,7 +24,7 @@ _MOST_OPENINGS = 10
 _LONGEST_CLOSING = 40
 """Letters at the end of a step among which a closing is looked for."""
 _KEPT = 1024
-"""Lines whose steps are kept."""
+"""Lines and words that are kept with what is made of them."""
 _LONG = 5
 """Letters of a word from which it is read also with one missing or too many."""
 _APOSTROPHE = re.compile("[\N{LEFT SINGLE QUOTATION MARK}\N{RIGHT SINGLE QUOTATION MARK}]")
@@ -62,7 +62,10 @@ class StepSplitter:
         Raises:
             KeyError: it lacks something.
         """
-        self._steps = lru_cache(_KEPT)(self._cut)  # a sentence's clauses are cut over and over
+        # A sentence's clauses are cut over and over, and it is polished for each way to read it.
+        self._steps = lru_cache(_KEPT)(self._cut)
+        self._polish = lru_cache(_KEPT)(self._polished)
+        self._righted = lru_cache(_KEPT)(self._right)
         words = language["words"]
         self._and, self._then = words["and"][0], words["then"][0]
         self._forms = {
@@ -140,8 +143,11 @@ class StepSplitter:
             line: As it was said or typed.
             asking: Whether "please" before an order makes a pause, too.
         """
+        return self._polish(line, asking)
+
+    def _polished(self, line: str, asking: bool) -> str:
         line = plain(re.sub(r"&|\+(?!\d)", f" {self._and} ", line))
-        line = _WORD.sub(lambda found: self._right(found[0]), line)
+        line = _WORD.sub(lambda found: self._righted(found[0]), line)
         spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
         if asking:
             spelt = self._please.sub(", ", spelt)
@@ -180,8 +186,10 @@ class StepSplitter:
         return self._steps(polished)
 
     def forget(self) -> None:
-        """Forget the lines whose steps are kept, as where reading is timed."""
+        """Forget the lines and words that are kept, as where reading is timed."""
         self._steps.cache_clear()
+        self._polish.cache_clear()
+        self._righted.cache_clear()
 
     def _cut(self, polished: str) -> Sequence[SentenceStep]:
         in_order = reversed(self._sooner.split(polished))
