@@ -2,12 +2,14 @@
 
 import hashlib
 import json
+import os
 from dataclasses import fields
 
 import numpy as np
 import safetensors.numpy
 from scipy.spatial.transform import Rotation
 
+from mapping import map_bundle
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.place_rows import PlaceRows
 from mapping.keyframes.anchors import Keyframes, KeyframeViews
@@ -122,7 +124,8 @@ def random_places(rng, keyframes, elements):
     )
 
 
-def assert_same(a, b):
+def assert_same(a, b, within=0.0):
+    """Equal in all; poses that were computed anew may differ by `within`."""
     assert (a.model_id, a.intrinsics, a.created) == (b.model_id, b.intrinsics, b.created)
     assert a.notice == b.notice
     for zone, other in zip(a.keep_out, b.keep_out, strict=True):
@@ -192,3 +195,37 @@ def make_older(folder, schema=3):
         content = json.dumps(header, sort_keys=True).encode()
         header["header_sha256"] = hashlib.sha256(content).hexdigest()
     (folder / "map.json").write_text(json.dumps(header))
+
+
+def a_full_disk(monkeypatch):
+    def full(*_):
+        raise OSError(28, os.strerror(28))
+
+    monkeypatch.setattr(map_bundle, "_write_through", full)
+
+
+def too_large_a_map(monkeypatch):
+    monkeypatch.setattr(map_bundle, "MOST_BYTES", 1000)
+
+
+def a_map_with_a_fault_of_ours(monkeypatch):
+    def fail(*_):
+        raise IndexError("index 7 is out of bounds")
+
+    monkeypatch.setattr(map_bundle, "_packed", fail)
+
+
+def too_little_memory(monkeypatch):
+    def fail(*_):
+        raise MemoryError
+
+    monkeypatch.setattr(map_bundle, "_packed", fail)
+
+
+NO_MAP = {
+    a_full_disk: "No space left on device; give another folder",
+    too_large_a_map: "more than 1000: begin a new map",
+    a_map_with_a_fault_of_ours: "index 7 is out of bounds",
+    too_little_memory: "MemoryError",
+}
+"""What keeps a map from being saved: each cause as a patch, with words of what is said of it."""

@@ -12,8 +12,7 @@ import pytest
 
 from mapping import map_bundle
 from mapping.tum import read_trajectory
-from tests.helpers.bundles import bundle_of
-from tests.helpers.unsaved_maps import NO_MAP, a_full_disk
+from tests.helpers.bundles import NO_MAP, a_full_disk, bundle_of
 from vizbot.commands import launch
 from vizbot.commands.open_run import OpenRun
 from vizbot.config import Config
