@@ -156,7 +156,9 @@ def test_a_stop_passes_where_nothing_else_does(opened, monkeypatch):
     assert len(passed) == 4 and passed[-1] == port_of(other)
 
 
-@pytest.mark.parametrize(("length", "passes"), [(b"40", True), (b"257", False), (b"", False)])
+@pytest.mark.parametrize(
+    ("length", "passes"), [(b"40", True), (b"257", False), (b"", False), (b"9" * 5000, False)]
+)
 def test_what_may_be_a_typed_stop_waits_for_no_other_request(opened, monkeypatch, length, passes):
     monkeypatch.setattr(acceptor, "_BURST", 3.0)
     monkeypatch.setattr(acceptor, "_RATE", 0.0)

@@ -49,6 +49,8 @@ def test_who_asks_too_often_is_refused_until_later_and_others_and_stop_are_not()
     assert guarded(host, path="/stop") == 200
     short, long = host | {"content-length": "40"}, host | {"content-length": "600"}
     assert guarded(short, path="/said") == 200 and guarded(long, path="/said") == 429
+    endless = host | {"content-length": "9" * 5000}
+    assert guarded(endless, path="/said") == 429
     assert guarded(host, client="10.0.0.10") == 200
     guarded.time = 1.0
     assert [guarded(host) for _ in range(60)].count(200) == 50

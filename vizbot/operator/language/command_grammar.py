@@ -29,8 +29,10 @@ from vizbot.operator.language.clause_reader import ClauseReader
 from vizbot.operator.language.command import (
     MISSIONS,
     Ask,
+    Cancel,
     Command,
     Decline,
+    Explore,
     GoOn,
     GoTo,
     Move,
@@ -388,9 +390,7 @@ def require_length(line: str) -> None:
 
 def _readable(command: Command | None, unread: bool) -> Command | None:
     """A command, unless it moves by a number that cannot be read: then it is asked back."""
-    part: object = command
-    while unread and part is not None:
-        if isinstance(part, Move):
-            return Decline(Reason.NUMBER)
-        part = getattr(part, "after", None)
-    return command
+    part: Command | None = command
+    while isinstance(part, GoTo | Explore | Cancel):
+        part = part.after
+    return Decline(Reason.NUMBER) if unread and isinstance(part, Move) else command
