@@ -43,8 +43,8 @@ QUIET = 1.0
 """Wheels that have rested for so long stay at rest [s]."""
 DEADLINE = 90.0
 STARTS = 3
-"""How often a command is started that ends before the wheels turn: a base whose threads this machine
-keeps from running for 0.18 s is silent, which ends a calibration."""
+"""How often a command is started that ends before the wheels turn: a simulated base whose threads
+are kept from running for 0.18 s is silent, which ends a calibration."""
 
 
 @contextmanager
