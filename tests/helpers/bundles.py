@@ -124,8 +124,7 @@ def random_places(rng, keyframes, elements):
     )
 
 
-def assert_same(a, b, within=0.0):
-    """Equal in all; poses that were computed anew may differ by `within`."""
+def assert_same(a, b):
     assert (a.model_id, a.intrinsics, a.created) == (b.model_id, b.intrinsics, b.created)
     assert a.notice == b.notice
     for zone, other in zip(a.keep_out, b.keep_out, strict=True):

@@ -42,9 +42,9 @@ SOON = 0.5
 QUIET = 1.0
 """Wheels that have rested for so long stay at rest [s]."""
 DEADLINE = 90.0
-STARTS = 3
-"""How often a command is started that ends before the wheels turn: a simulated base whose threads
-are kept from running for 0.18 s is silent, which ends a calibration."""
+PATIENT = "[roomba]\nsilence_timeout = 0.5\n"
+"""Settings by which a simulated base whose threads this machine keeps from running for a moment is
+not taken for a silent one, before its wheels turn."""
 
 
 @contextmanager
@@ -85,34 +85,29 @@ def stub(floor):
 
 
 def assert_rests(command, end, stream, stub, floor, folder):
-    (folder / "robot.toml").write_text(filmed_room.settings(stub.path))
-    started = [sys.executable, *COMMANDS[command], "--config", "robot.toml"]
+    (folder / "robot.toml").write_text(filmed_room.settings(stub.path) + PATIENT)
+    program = [sys.executable, *COMMANDS[command], "--config", "robot.toml"]
     typed = {"teleop": UP, "launch": b"red lamp\n"}.get(command, b"")
-    for _ in range(STARTS):
-        with (
-            keyboard(typed) as terminal,
-            broken_stream(stream, 1, started) as (out, program),
-            broken_stream(stream, 2, program) as (err, program),
-            subprocess.Popen(
-                program,
-                stdin=terminal, stdout=out, stderr=err, cwd=folder,
-                env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
-            ) as running,
-        ):  # fmt: skip
-            try:
-                if not turning(floor, running):
-                    continue
-                ended_at = time.monotonic()
-                running.send_signal(end)
-                wait_for(lambda: rested(floor, QUIET), pause=0.01)
-                rested_at = floor.rest_since
-                code = running.wait(DEADLINE)
-                wait_for(lambda: stub.mode is BaseMode.PASSIVE, pause=0.01)
-            finally:
-                running.kill()
-        break
-    else:
-        pytest.fail("the wheels do not turn")
+    with (
+        keyboard(typed) as terminal,
+        broken_stream(stream, 1, program) as (out, program),
+        broken_stream(stream, 2, program) as (err, program),
+        subprocess.Popen(
+            program,
+            stdin=terminal, stdout=out, stderr=err, cwd=folder,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        ) as running,
+    ):  # fmt: skip
+        try:
+            wait_for_turning(floor, running)
+            ended_at = time.monotonic()
+            running.send_signal(end)
+            wait_for(lambda: rested(floor, QUIET), pause=0.01)
+            rested_at = floor.rest_since
+            code = running.wait(DEADLINE)
+            wait_for(lambda: stub.mode is BaseMode.PASSIVE, pause=0.01)
+        finally:
+            running.kill()
     assert rested_at == floor.rest_since  # nothing has turned them since
     assert rested_at - ended_at < SOON
     if end == signal.SIGKILL:
@@ -124,15 +119,11 @@ def assert_rests(command, end, stream, stub, floor, folder):
         assert code == (0 if command == "teleop" else 130)  # of which an interrupt is the end
 
 
-def turning(floor, program):
-    """Whether the wheels turn before the program ends by itself."""
+def wait_for_turning(floor, program):
     end = time.monotonic() + DEADLINE
     while not any(floor.speeds):
-        if program.poll() is not None:
-            return False
-        assert time.monotonic() < end, "the wheels do not turn"
+        assert program.poll() is None and time.monotonic() < end, "the wheels do not turn"
         time.sleep(0.01)
-    return True
 
 
 def name(case):

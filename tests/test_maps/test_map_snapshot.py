@@ -86,7 +86,7 @@ def test_a_snapshot_is_whole_and_stays_so_while_keyframes_move(seed, events):
     beside.start()
     beside.join()
     for late, (_, at_once) in zip(joined, taken, strict=True):
-        assert_same(late, at_once, within=1e-6)
+        assert_same(late, at_once)
     with TemporaryDirectory() as folder:
         map_bundle.save(joined[-1], Path(folder) / "map")
         assert_same(map_bundle.load(Path(folder) / "map"), joined[-1])

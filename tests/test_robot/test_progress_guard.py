@@ -64,6 +64,16 @@ def test_an_aim_of_which_nothing_comes_is_left_alone_for_a_while():
     assert search.left_alone == []
 
 
+def test_what_is_left_alone_stays_where_it_was_while_the_robot_goes_to_something_beside_it():
+    search = Search()
+    search.go(PATIENCE + 1.0)
+    assert search.left_alone == [[3.0, 0.0]]
+    search.go(2.0, aim=(3.0, 0.6))
+    assert search.left_alone == [[3.0, 0.0]]
+    search.go(PATIENCE, aim=(3.0, 0.6))
+    assert search.left_alone == [[3.0, 0.0], [3.0, 0.6]]
+
+
 @pytest.mark.parametrize("task", (GOAL, Task.EXPLORE, Waypoint(3.0, 0.0)))
 def test_the_third_time_the_task_ends_with_its_reason(task):
     search = Search(task)

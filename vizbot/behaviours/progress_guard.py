@@ -51,6 +51,8 @@ _LONGEST_PERIOD = 1.0
 """Of the time between two frames no more counts: the rest is not the robot's [s]."""
 _PLACE = 0.5
 """Turns in cells of this size are turns on one spot [m]."""
+_HERE = 0.3
+"""Within so much of an aim that is left alone is that aim; others begin at 0.5 [m]."""
 _SECTOR = 30.0
 """A turn on a spot shows another side every so many degrees."""
 
@@ -227,7 +229,7 @@ def _comes_nearer(
         way_left = decision.navigation.distance
     if way_left is None:
         return False
-    aim = _same(account.aims, xy, exploring=decision.exploring)
+    aim = _same(account.aims, xy, now, exploring=decision.exploring)
     account.newest = aim
     if aim is None:
         account.newest = _HeldAim(decision.exploring, xy, way_left, way_left, now)
@@ -245,10 +247,17 @@ def _comes_nearer(
     return is_new or is_nearer
 
 
-def _same(aims: list[_HeldAim], xy: NDArray[np.float64], *, exploring: bool) -> _HeldAim | None:
-    """The aim of this kind that is nearest to a point, if it is the same as far as one knows."""
+def _same(
+    aims: list[_HeldAim], xy: NDArray[np.float64], now: float, *, exploring: bool
+) -> _HeldAim | None:
+    """The aim of this kind that is nearest to a point, if it is the same as far as one knows.
+
+    One that is left alone now is so only if the robot is on its way to that very place, as tasks
+    are that heed no bar: what is left out must not move to what is gone to instead.
+    """
     alike = [aim for aim in aims if aim.exploring == exploring]
-    away = [float(np.linalg.norm(aim.xy - xy)) for aim in alike]
-    if not away or min(away) > APART:
-        return None
-    return alike[int(np.argmin(away))]
+    beyond = [
+        float(np.linalg.norm(aim.xy - xy)) - (_HERE if aim.barred_until > now else APART)
+        for aim in alike
+    ]
+    return alike[int(np.argmin(beyond))] if beyond and min(beyond) <= 0.0 else None
