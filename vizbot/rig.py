@@ -33,9 +33,9 @@ from vizbot.core.types import Intrinsics
 from vizbot.mixed_devices import FollowedBase, WithoutImu
 
 if TYPE_CHECKING:  # the encoder protocol's module loads torch
+    from mapping.clip.embedded.model_files import EmbeddedFiles
     from mapping.clip.encoder import ClipEncoder, TextEncoder
     from mapping.map_bundle import MapBundle
-    from sim_stubs.clip.model_files import EmbeddedFiles
     from sim_stubs.clock import SimulatedClock
     from sim_stubs.faults.faulty_base import FaultyRoomba
     from sim_stubs.world.world import World
@@ -283,7 +283,7 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
     """
     _require_compute_device(device)
     if is_rehearsal_encoder(name):
-        from sim_stubs.clip.encoder import open_embedded_clip
+        from mapping.clip.embedded.encoder import open_embedded_clip
 
         return open_embedded_clip(_embedded_files(name))
     if is_class_name(name):
@@ -301,7 +301,7 @@ def open_text_encoder(name: str, device: str, half: bool = False) -> TextEncoder
     """
     if not is_rehearsal_encoder(name):
         return open_encoder(name, device, half)
-    from sim_stubs.clip.text_encoder import EmbeddedTexts
+    from mapping.clip.embedded.text_encoder import EmbeddedTexts
 
     _require_compute_device(device)
     return EmbeddedTexts(_embedded_files(name))
@@ -338,7 +338,7 @@ def open_map_encoder(
 
 
 def _embedded_files(name: str) -> EmbeddedFiles:
-    from sim_stubs.clip.model_files import read_files
+    from mapping.clip.embedded.model_files import read_files
 
     files = read_files()
     if name not in ("embedded", files.model_id):

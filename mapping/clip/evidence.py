@@ -3,7 +3,7 @@
 The log odds are linear in the scores of the three patches around the place, in its distance, and in
 how high the question's own log odds go on a bank of pictures; views from near and from afar have
 weights of their own. They were fitted to the truth at places of
-homes that neither the encoder nor its threshold had seen (`vizbot.bench.fast_world.fit`).
+homes that neither the encoder nor its threshold had seen (`benchmarks.fast_world.fit`).
 """
 
 from __future__ import annotations

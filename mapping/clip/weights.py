@@ -1,6 +1,6 @@
 """The fitted numbers of the belief, as they are kept in `weights.json`.
 
-`python -m vizbot.bench.fast_world.fit` makes the file: 60 numbers, and the homes they are from.
+`python -m benchmarks.fast_world.fit` makes the file: 60 numbers, and the homes they are from.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from sim_stubs.homes.geometry.free_space import CELL, FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.occupancy_slice import clearance
 from sim_stubs.homes.goal_chair import FIRST_DISTANCE, GOAL
-from sim_stubs.homes.vocabulary import class_of, kinds
+from vizbot.core.home_vocabulary import class_of, kinds
 
 ROOM_DISTANCES = (FIRST_DISTANCE, 1.5)
 """Least distances of a start from the floor of every room asked for [m]: the first where there is

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from sim_stubs.homes.geometry.house import Instance, Room
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.start_pose import names_meant
-from sim_stubs.homes.vocabulary import kinds
 from sim_stubs.world.world import World
 from vizbot.core.geometry import back_project, planar, transform
+from vizbot.core.home_vocabulary import kinds
 
 REACH = 2.0
 """Largest distance of a stop from the goal [m] (paper, section IV-C)."""

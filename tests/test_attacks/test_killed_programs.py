@@ -25,7 +25,7 @@ SOON = 3.0
 """From the kill until nothing is left [s], on a machine with other work; idle it takes 0.1 s."""
 DRY_RUN = ["-m", "vizbot", "dry-run", "sofa", "--out", "run"]
 POOL = (
-    "import time; from vizbot.bench.harness.workers import in_parallel\n"
+    "import time; from benchmarks.harness.workers import in_parallel\n"
     "for _ in in_parallel(time.sleep, [60.0], 'sleeping', lambda *_: ''): pass"
 )
 

@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from vizbot.bench.fast_world import examination
-from vizbot.bench.fast_world.curves import COLOURS
-from vizbot.bench.fast_world.examination import (
+from benchmarks.fast_world import examination
+from benchmarks.fast_world.curves import COLOURS
+from benchmarks.fast_world.examination import (
     ASKED,
     HELD_OUT,
     WALKS,
@@ -20,9 +20,9 @@ from vizbot.bench.fast_world.examination import (
     passes_in,
     platt,
 )
-from vizbot.bench.fast_world.fit import HOMES, SeenHome
-from vizbot.bench.fast_world.page import FILE, PICTURE, belief_page, write_belief_picture
-from vizbot.bench.fast_world.views import HEADINGS
+from benchmarks.fast_world.fit import HOMES, SeenHome
+from benchmarks.fast_world.page import FILE, PICTURE, belief_page, write_belief_picture
+from benchmarks.fast_world.views import HEADINGS
 
 VIEWS = 5
 SOFA_AT, WRONG_AT = 2, 4

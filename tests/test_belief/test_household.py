@@ -8,9 +8,9 @@ from mapping.clip.background.phrases import other_rooms
 from mapping.clip.likeliest_places import belief_of_map
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Query
-from sim_stubs.homes.vocabulary import ROOMS
 from tests.helpers.bundles import bundle_of
 from vizbot.config import Config
+from vizbot.core.home_vocabulary import ROOMS
 from vizbot.operator.session.household import HouseholdBeliefs
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from benchmarks.fast_world.picture_bank import HOMES, pictures_of
 from mapping.clip.background.pictures import PICTURES_ID, bank
-from vizbot.bench.fast_world.picture_bank import HOMES, pictures_of
 
 JPEG = 3.0
 """Most that a picture differs by from what was rendered, on average [grey levels of 255]."""

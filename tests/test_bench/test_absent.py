@@ -2,14 +2,14 @@
 
 import tomllib
 
+from benchmarks.episodes.absent_things import ThingAnswer
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult
+from benchmarks.episodes.homes import house_of
+from benchmarks.harness.bench_plan import UNATTENDED, BenchPlan
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.objectnav import absent
 from sim_stubs.homes.start_pose import things_named
-from sim_stubs.homes.vocabulary import THINGS
-from vizbot.bench.episodes.absent_things import ThingAnswer
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
-from vizbot.bench.episodes.homes import house_of
-from vizbot.bench.harness.bench_plan import UNATTENDED, BenchPlan
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.objectnav import absent
+from vizbot.core.home_vocabulary import THINGS
 from vizbot.core.observer import Outcome
 
 MADE = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores of X")

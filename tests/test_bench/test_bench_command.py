@@ -2,8 +2,8 @@ import json
 
 import pytest
 
-from vizbot.bench.harness.bench_plan import BenchResult
-from vizbot.bench.harness.fingerprint import Fingerprint
+from benchmarks.harness.bench_plan import BenchResult
+from benchmarks.harness.fingerprint import Fingerprint
 from vizbot.commands import bench
 from vizbot.core.errors import ConfigError
 

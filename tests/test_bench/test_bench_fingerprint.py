@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.episodes.episode import Variant
+from benchmarks.harness import fingerprint
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.objectnav.single_goal import with_scales
 from tests.helpers.checkout import ROOT
-from vizbot.bench.episodes.episode import Variant
-from vizbot.bench.harness import fingerprint
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.objectnav.single_goal import with_scales
 from vizbot.config import Config
 
 
@@ -53,7 +53,7 @@ ROOMS = sorted(
 )
 """Every folder of sources."""
 ASIDE = (
-    "sim_stubs/clip/training",
+    "training",
     "vizbot/calibration",
     "vizbot/cli",
     "vizbot/commands",
@@ -62,8 +62,8 @@ ASIDE = (
 
 
 def is_aside(room):
-    """Whether no episode enters a room; those of `vizbot/bench/episodes` run in it."""
-    return room != "vizbot/bench/episodes" and room.startswith((*ASIDE, "vizbot/bench"))
+    """Whether no episode enters a room; those of `benchmarks/episodes` run in it."""
+    return room != "benchmarks/episodes" and room.startswith((*ASIDE, "benchmarks"))
 
 
 @pytest.fixture(scope="module")
@@ -89,8 +89,8 @@ def test_a_change_in_any_room_of_the_robot_changes_the_key(checkout, before, roo
 
 
 @pytest.mark.parametrize(
-    "path", ["vizbot/pipeline.py", "vizbot/bench/episodes/run.py", "vizbot/bench/episodes/added.py",
-             "sim_stubs/clip/weights/model.safetensors", "vizbot/a_new_room.py"],
+    "path", ["vizbot/pipeline.py", "benchmarks/episodes/run.py", "benchmarks/episodes/added.py",
+             "mapping/clip/embedded/weights/model.safetensors", "vizbot/a_new_room.py"],
 )  # fmt: skip
 def test_what_can_change_an_episode_changes_the_key(checkout, before, path):
     assert changed(checkout, path) != before
@@ -105,7 +105,7 @@ def test_tests_leave_the_key(checkout, before):
     assert changed(checkout, "tests/test_simulation/test_world.py") == before
 
 
-@pytest.mark.parametrize("name", ["nav", "vizbot/bench/slam", "vizbot/bench/slam/laps.py"])
+@pytest.mark.parametrize("name", ["nav", "benchmarks/slam", "benchmarks/slam/laps.py"])
 def test_a_key_of_named_sources_changes_with_each_of_them(checkout, name):
     before = fingerprint.key_of_sources("drivers", name), fingerprint.key_of_robot(name)
     path = checkout / name
@@ -116,8 +116,8 @@ def test_a_key_of_named_sources_changes_with_each_of_them(checkout, name):
 
 
 def test_a_key_of_sources_that_are_not_there_is_refused(checkout):
-    with pytest.raises(FileNotFoundError, match=r"no sources at .*vizbot/bench/moved"):
-        fingerprint.key_of_sources("vizbot/bench/moved")
+    with pytest.raises(FileNotFoundError, match=r"no sources at .*benchmarks/moved"):
+        fingerprint.key_of_sources("benchmarks/moved")
 
 
 KEPT = sorted(path for path in (ROOT / "docs").rglob("*.jsonl") if path.stem != "mutants")
@@ -130,8 +130,8 @@ def test_no_kept_row_of_older_sources_is_taken_for_one_of_these(path):
     rows = [json.loads(line) for line in path.read_text().splitlines()]
     assert rows
     of_faults, of_replays = (
-        ("vizbot/bench/episodes", "vizbot/bench/faults"),
-        ("mapping", "vizbot/core", "vizbot/bench/slam"),
+        ("benchmarks/episodes", "benchmarks/faults"),
+        ("mapping", "vizbot/core", "benchmarks/slam"),
     )
     commits = {
         key: {row["commit"] for row in rows if key in row["key"].split("-")}
@@ -156,11 +156,11 @@ def changed_in(commit, *sources):
 
 def changed_since(commit):
     """Sources of a run that differ from those of a commit."""
-    others = [each for each in fingerprint._NO_PART_OF_A_RUN if each != "vizbot/bench"]
+    others = [each for each in fingerprint._NO_PART_OF_A_RUN if each != "benchmarks"]
     return [
         name for name in changed_in(commit, *fingerprint._PACKAGES)
         if not any(name.startswith(f"{each}/") for each in others)
-        and (not name.startswith("vizbot/bench/") or name.startswith(fingerprint._EPISODES))
+        and (not name.startswith("benchmarks/") or name.startswith(fingerprint._EPISODES))
     ]  # fmt: skip
 
 
@@ -173,7 +173,7 @@ def changed_since(commit):
 )
 def test_oracles_and_ablations_change_only_the_rows_that_use_them(checkout, row, file):
     before = key_of(DEFAULT), key_of(row)
-    with (checkout / "vizbot/bench" / file).open("a") as kept:
+    with (checkout / "benchmarks" / file).open("a") as kept:
         kept.write("\n")
     assert key_of(DEFAULT) == before[0] != before[1]
     assert key_of(row) != before[1]

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
-from vizbot.bench.harness.bench_plan import BenchPlan
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.objectnav import multi_goal
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from benchmarks.harness.bench_plan import BenchPlan
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.objectnav import multi_goal
 from vizbot.config import Config
 
 HOME = HomeGoals(1000, ("bed", "chair", "sofa", "kitchen", "window", "tv"))

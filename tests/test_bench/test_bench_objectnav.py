@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
-from vizbot.bench.harness import bench_plan
-from vizbot.bench.harness.bench_plan import BenchPlan
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.harness.store import Store
-from vizbot.bench.objectnav import single_goal
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from benchmarks.harness import bench_plan
+from benchmarks.harness.bench_plan import BenchPlan
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.harness.store import Store
+from benchmarks.objectnav import single_goal
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome

@@ -4,18 +4,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mapping.clip.config import ClipMapperConfig
-from mapping.clip.patches import patch_boxes
-from vizbot.bench.episodes.episode import (
+from benchmarks.episodes.episode import (
     BelievedAnswer,
     ExplorationResult,
     HomeGoals,
     QueryResult,
 )
-from vizbot.bench.episodes.exploration import SCALE_SETS, elements_of_scales
-from vizbot.bench.harness.bench_plan import UNATTENDED, BenchPlan
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.objectnav import retrieval
+from benchmarks.episodes.exploration import SCALE_SETS, elements_of_scales
+from benchmarks.harness.bench_plan import UNATTENDED, BenchPlan
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.objectnav import retrieval
+from mapping.clip.config import ClipMapperConfig
+from mapping.clip.patches import patch_boxes
 from vizbot.config import Config
 
 ANSWER = QueryResult(1000, (1, 0, -1), "sofa", True, 0.5, 0.4, (1.0, 2.0), True, True)

@@ -3,19 +3,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vizbot.bench.episodes.episode import (
+from benchmarks.episodes.episode import (
     Episode,
     EpisodeResult,
     GoalResult,
     HomeGoals,
     QueryResult,
 )
-from vizbot.bench.harness.bench_plan import results_file
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.harness.store import Store
-from vizbot.bench.objectnav import picture_section, scoreboard, single_goal
-from vizbot.bench.objectnav.episode_pictures import Picture
-from vizbot.bench.objectnav.home_tables import models_section
+from benchmarks.harness.bench_plan import results_file
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.harness.store import Store
+from benchmarks.objectnav import picture_section, scoreboard, single_goal
+from benchmarks.objectnav.episode_pictures import Picture
+from benchmarks.objectnav.home_tables import models_section
 from vizbot.config import Config
 
 GOALS = ("bed", "chair", "sofa", "kitchen", "living room", "window", "tv", "sink")

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
-from vizbot.bench.harness.scores import (
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult
+from benchmarks.harness.scores import (
     NavigationScore,
     PairedCounts,
     Rate,
@@ -11,7 +11,7 @@ from vizbot.bench.harness.scores import (
     log_loss,
     spl,
 )
-from vizbot.bench.harness.tables import interval_text, markdown_table, percent, percent_range
+from benchmarks.harness.tables import interval_text, markdown_table, percent, percent_range
 
 
 def goal(text="sofa", success=True, driven=5.0, shortest=4.0, steps=100):

@@ -2,8 +2,8 @@ import json
 
 import pytest
 
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
-from vizbot.bench.harness.store import Store
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from benchmarks.harness.store import Store
 from vizbot.core.errors import ConfigError
 
 

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from vizbot.bench.harness.workers import in_parallel, processes
+from benchmarks.harness.workers import in_parallel, processes
 from vizbot.core.errors import VizbotError
 
 

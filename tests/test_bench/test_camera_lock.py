@@ -1,8 +1,8 @@
 import ctypes
 
+from benchmarks.faults import camera_lock
+from benchmarks.faults.camera_lock import measure_camera_lock
 from tests.helpers.roomba_rig import wait_for
-from vizbot.bench.faults import camera_lock
-from vizbot.bench.faults.camera_lock import measure_camera_lock
 
 
 def test_frames_are_read_while_the_turns_of_others_are_timed():

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.claims import pages
+from benchmarks.claims.claims import read_claims
+from benchmarks.claims.facts import kept_facts
+from benchmarks.episodes.absent_things import ThingAnswer
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult
+from benchmarks.harness.store import Store
+from benchmarks.objectnav.overshoot import Overshoot
 from tests.helpers.checkout import ROOT
-from vizbot.bench.claims import pages
-from vizbot.bench.claims.claims import read_claims
-from vizbot.bench.claims.facts import kept_facts
-from vizbot.bench.episodes.absent_things import ThingAnswer
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
-from vizbot.bench.harness.store import Store
-from vizbot.bench.objectnav.overshoot import Overshoot
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome
 

@@ -7,17 +7,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
+from benchmarks.episodes.run import encoder_of
+from benchmarks.fast_world import bench, walk
+from benchmarks.fast_world.bench import fast_result, standard_error
+from benchmarks.fast_world.minds import BeliefMind
+from benchmarks.fast_world.places import Places
+from benchmarks.fast_world.views import HEADINGS
+from benchmarks.fast_world.walk import FastHome, SearchRule, Walk
+from benchmarks.harness.bench_plan import ABLATION_ROWS, QUICK_SHARE, UNATTENDED, BenchPlan
+from benchmarks.harness.fingerprint import Fingerprint
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
-from vizbot.bench.episodes.run import encoder_of
-from vizbot.bench.fast_world import bench, walk
-from vizbot.bench.fast_world.bench import fast_result, standard_error
-from vizbot.bench.fast_world.minds import BeliefMind
-from vizbot.bench.fast_world.places import Places
-from vizbot.bench.fast_world.views import HEADINGS
-from vizbot.bench.fast_world.walk import FastHome, SearchRule, Walk
-from vizbot.bench.harness.bench_plan import ABLATION_ROWS, QUICK_SHARE, UNATTENDED, BenchPlan
-from vizbot.bench.harness.fingerprint import Fingerprint
 from vizbot.config import with_method
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP

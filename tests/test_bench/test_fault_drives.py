@@ -5,29 +5,29 @@ from dataclasses import replace
 
 import pytest
 
-from mapping import map_bundle
-from sim_stubs.faults.catalogue import CATALOGUE
-from sim_stubs.faults.faulty_program import full_disk
-from vizbot.bench.faults import bench as faults
-from vizbot.bench.faults import drives as fault_drives
-from vizbot.bench.faults import run as fault_run
-from vizbot.bench.faults import tables as fault_tables
-from vizbot.bench.faults.camera_lock import CameraLock, LateTurns
-from vizbot.bench.faults.drives import FaultDrive, FaultDriveResult, run_drive
-from vizbot.bench.faults.missions import (
+from benchmarks.faults import bench as faults
+from benchmarks.faults import drives as fault_drives
+from benchmarks.faults import run as fault_run
+from benchmarks.faults import tables as fault_tables
+from benchmarks.faults.camera_lock import CameraLock, LateTurns
+from benchmarks.faults.drives import FaultDrive, FaultDriveResult, run_drive
+from benchmarks.faults.missions import (
     PAIRS,
     FaultMission,
     FaultMissionResult,
     NearGoals,
     missions_in,
 )
-from vizbot.bench.faults.monitor import FARTHEST_ASTRAY, FaultMonitor, FaultStop
-from vizbot.bench.faults.page import faults_page
-from vizbot.bench.faults.reflex_latency import ReflexLatency
-from vizbot.bench.faults.run import HungError, limit_wall_time
-from vizbot.bench.faults.scores import FaultScore, FaultSeries, run_series, score_series
-from vizbot.bench.faults.totals import DefaultResults, WallClockTiming
-from vizbot.bench.harness.store import Store
+from benchmarks.faults.monitor import FARTHEST_ASTRAY, FaultMonitor, FaultStop
+from benchmarks.faults.page import faults_page
+from benchmarks.faults.reflex_latency import ReflexLatency
+from benchmarks.faults.run import HungError, limit_wall_time
+from benchmarks.faults.scores import FaultScore, FaultSeries, run_series, score_series
+from benchmarks.faults.totals import DefaultResults, WallClockTiming
+from benchmarks.harness.store import Store
+from mapping import map_bundle
+from sim_stubs.faults.catalogue import CATALOGUE
+from sim_stubs.faults.faulty_program import full_disk
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
 

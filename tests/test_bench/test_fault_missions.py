@@ -3,24 +3,24 @@
 import numpy as np
 import pytest
 
-from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
-from sim_stubs.homes.geometry.house import House
-from vizbot.bench.episodes.calibration_error import CalibrationError
-from vizbot.bench.faults import bench as faults
-from vizbot.bench.faults import missions, tables, totals
-from vizbot.bench.faults.camera_lock import CameraLock, LateTurns
-from vizbot.bench.faults.drives import FaultDrive, run_drive
-from vizbot.bench.faults.missions import FaultMission, FaultMissionResult, NearGoals
-from vizbot.bench.faults.reflex_latency import ReflexLatency
-from vizbot.bench.faults.scores import (
+from benchmarks.episodes.calibration_error import CalibrationError
+from benchmarks.faults import bench as faults
+from benchmarks.faults import missions, tables, totals
+from benchmarks.faults.camera_lock import CameraLock, LateTurns
+from benchmarks.faults.drives import FaultDrive, run_drive
+from benchmarks.faults.missions import FaultMission, FaultMissionResult, NearGoals
+from benchmarks.faults.reflex_latency import ReflexLatency
+from benchmarks.faults.scores import (
     ENDS_BY_DEFAULT,
     FaultScore,
     FaultSeries,
     run_series,
     score_series,
 )
-from vizbot.bench.harness.scores import Rate
-from vizbot.bench.harness.store import Store
+from benchmarks.harness.scores import Rate
+from benchmarks.harness.store import Store
+from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
+from sim_stubs.homes.geometry.house import House
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 

@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
+from benchmarks.faults.monitor import FARTHEST_ASTRAY, FaultMonitor
 from drivers.roomba.commands import Command, Opcode
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule, PlannedFault
 from sim_stubs.world.body import Contacts
-from vizbot.bench.faults.monitor import FARTHEST_ASTRAY, FaultMonitor
 
 
 def watched(names, course, silent=0, before=(0.2, 0.2), lasts=0.3, camera_period=0.1):

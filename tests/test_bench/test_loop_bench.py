@@ -9,18 +9,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.harness.fingerprint import ROOT
+from benchmarks.loop import bench, rehearsal, stages
+from benchmarks.loop.bench import longest_over_p95
+from benchmarks.loop.rehearsal import PrintedStep, mean_tick, processor_time, rehearse, rival
+from benchmarks.loop.stages import StageTimer
+from benchmarks.loop.ticks import Ticks, blown_up
+from benchmarks.loop.tree import Tree, checked_out
+from benchmarks.loop.waits import DIMENSION, SpanTimer, Waits, widened
 from mapping.clip.likeliest_places import belief_of_map
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Query
 from tests.helpers.bundles import bundle_of
-from vizbot.bench.harness.fingerprint import ROOT
-from vizbot.bench.loop import bench, rehearsal, stages
-from vizbot.bench.loop.bench import longest_over_p95
-from vizbot.bench.loop.rehearsal import PrintedStep, mean_tick, processor_time, rehearse, rival
-from vizbot.bench.loop.stages import StageTimer
-from vizbot.bench.loop.ticks import Ticks, blown_up
-from vizbot.bench.loop.tree import Tree, checked_out
-from vizbot.bench.loop.waits import DIMENSION, SpanTimer, Waits, widened
 from vizbot.core.errors import ConfigError, VizbotError
 
 

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from vizbot.bench.objectnav.paper_figures import MULTI, OBJECT_NAVIGATION, RETRIEVAL, SCALES
+from benchmarks.objectnav.paper_figures import MULTI, OBJECT_NAVIGATION, RETRIEVAL, SCALES
 
 COCO, OTHERS = 26, 28
 

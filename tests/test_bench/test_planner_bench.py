@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vizbot.bench.planner import bench, peers
-from vizbot.bench.planner.bench import CaseTimes, PlannerRun, PlannerTime, planner_result
-from vizbot.bench.planner.grids import planner_cases, recorded_map, recorded_maps
-from vizbot.bench.planner.page import planner_page
+from benchmarks.planner import bench, peers
+from benchmarks.planner.bench import CaseTimes, PlannerRun, PlannerTime, planner_result
+from benchmarks.planner.grids import planner_cases, recorded_map, recorded_maps
+from benchmarks.planner.page import planner_page
 from vizbot.core.errors import VizbotError
 
 

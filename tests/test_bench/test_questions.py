@@ -6,13 +6,13 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.harness.store import Store
+from benchmarks.questions import bench
+from benchmarks.questions.bench import MarkedAnswer, RecordingAnswers, questions_result
+from benchmarks.questions.page import questions_page
+from benchmarks.questions.places import marked_points, read_questions
 from drivers.tum_sequence import RecordedSequence
 from mapping.tum import write_trajectory
-from vizbot.bench.harness.store import Store
-from vizbot.bench.questions import bench
-from vizbot.bench.questions.bench import MarkedAnswer, RecordingAnswers, questions_result
-from vizbot.bench.questions.page import questions_page
-from vizbot.bench.questions.places import marked_points, read_questions
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar

@@ -1,6 +1,6 @@
 import pytest
 
-from vizbot.bench.objectnav.scale_comparison import ScaleComparison
+from benchmarks.objectnav.scale_comparison import ScaleComparison
 
 
 def outcomes(right, of=10):

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from vizbot.bench.episodes.absent_things import ThingAnswer
-from vizbot.bench.episodes.episode import (
+from benchmarks.episodes.absent_things import ThingAnswer
+from benchmarks.episodes.episode import (
     BelievedAnswer,
     Episode,
     EpisodeResult,
@@ -15,13 +15,13 @@ from vizbot.bench.episodes.episode import (
     HomeGoals,
     QueryResult,
 )
-from vizbot.bench.episodes.exploration import SCALE_SETS
-from vizbot.bench.fast_world.ranking import ranking_page
-from vizbot.bench.harness.bench_plan import results_file
-from vizbot.bench.harness.store import Store
-from vizbot.bench.objectnav import overshoot
-from vizbot.bench.objectnav.retrieval import retrieval_stores
-from vizbot.bench.objectnav.search_page import search_page, spl_difference
+from benchmarks.episodes.exploration import SCALE_SETS
+from benchmarks.fast_world.ranking import ranking_page
+from benchmarks.harness.bench_plan import results_file
+from benchmarks.harness.store import Store
+from benchmarks.objectnav import overshoot
+from benchmarks.objectnav.retrieval import retrieval_stores
+from benchmarks.objectnav.search_page import search_page, spl_difference
 from vizbot.core.observer import Outcome
 
 GOALS = ("bed", "chair", "sofa", "kitchen", "window")

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from benchmarks.loop import startup
+from benchmarks.loop.startup import Wait, is_first_tick_in, measure_startup, median_wait
 from tests.helpers.served import step
-from vizbot.bench.loop import startup
-from vizbot.bench.loop.startup import Wait, is_first_tick_in, measure_startup, median_wait
 from vizbot.commands.progress import Progress
 from vizbot.core.errors import VizbotError
 

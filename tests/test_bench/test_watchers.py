@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from benchmarks import console_load
+from benchmarks.console_load import ConsoleLoad, LoopedCamera, measure_watchers
 from tests.helpers.scripted_robot import CAMERA
-from vizbot.bench import console_load
-from vizbot.bench.console_load import ConsoleLoad, LoopedCamera, measure_watchers
 from vizbot.core.clock import WallClock
 from vizbot.core.types import ImuSamples, RGBDFrame
 

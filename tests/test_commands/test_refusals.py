@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from mapping import map_bundle
-from sim_stubs.clip.model_files import read_files
-from sim_stubs.clip.text_encoder import EmbeddedTexts
+from mapping.clip.embedded.model_files import read_files
+from mapping.clip.embedded.text_encoder import EmbeddedTexts
 from tests.helpers.bundles import bundle_of
 
 HEAVY = ("torch", "transformers", "numba", "gtsam", "mujoco", "scipy", "cv2", "fastapi", "rerun")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mapping import map_bundle
-from sim_stubs.clip.encoder import load_embedded_clip
+from mapping.clip.embedded.encoder import load_embedded_clip
 from tests.helpers.bundles import bundle_of
 from tests.helpers.checkout import ROOT
 

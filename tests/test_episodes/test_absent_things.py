@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from benchmarks.episodes import absent_things
+from benchmarks.episodes.absent_things import HomeQuestions, ask_home
+from benchmarks.episodes.calibration_error import EXACT
+from benchmarks.harness.bench_plan import UNATTENDED
 from tests.helpers.bundles import bundle_of
-from vizbot.bench.episodes import absent_things
-from vizbot.bench.episodes.absent_things import HomeQuestions, ask_home
-from vizbot.bench.episodes.calibration_error import EXACT
-from vizbot.bench.harness.bench_plan import UNATTENDED
 from vizbot.core.geometry import invert, transform
 from vizbot.core.observer import Outcome
 from vizbot.operator.session.place_answers import Answer, FoundPlace

@@ -7,15 +7,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.episodes import exploration
+from benchmarks.episodes.calibration_error import EXACT
+from benchmarks.episodes.episode import BelievedAnswer
+from benchmarks.episodes.exploration import SCALE_SETS, HomeToAsk
+from benchmarks.objectnav.single_goal import with_scales
 from mapping.clip.likeliest_places import LikelyPlace
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Query
 from sim_stubs.scoring.goals import GOALS
-from vizbot.bench.episodes import exploration
-from vizbot.bench.episodes.calibration_error import EXACT
-from vizbot.bench.episodes.episode import BelievedAnswer
-from vizbot.bench.episodes.exploration import SCALE_SETS, HomeToAsk
-from vizbot.bench.objectnav.single_goal import with_scales
 from vizbot.config import Config
 from vizbot.core.geometry import invert, transform
 from vizbot.objectnav.tasks import Task

@@ -5,6 +5,7 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from benchmarks.episodes.oracles import ORACLES, TrueEncoder, TrueMap, TruePose, oracle_parts
 from mapping.keyframes.config import KeyframeConfig
 from mapping.occupancy.config import DepthMapperConfig
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
@@ -12,7 +13,6 @@ from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import World
-from vizbot.bench.episodes.oracles import ORACLES, TrueEncoder, TrueMap, TruePose, oracle_parts
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, planar

@@ -5,6 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.episodes import run as runs
+from benchmarks.episodes.calibration_error import EXACT
+from benchmarks.episodes.episode import Episode, Variant
+from benchmarks.objectnav import episode_pictures
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
@@ -12,10 +16,6 @@ from sim_stubs.realsense import camera as realsense
 from sim_stubs.realsense.config import DepthNoiseConfig
 from sim_stubs.roomba.serial_line import BytesLostError
 from sim_stubs.scoring.success import Verdict
-from vizbot.bench.episodes import run as runs
-from vizbot.bench.episodes.calibration_error import EXACT
-from vizbot.bench.episodes.episode import Episode, Variant
-from vizbot.bench.objectnav import episode_pictures
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, DeviceError, VizbotError
 from vizbot.core.observer import GoalReport, Outcome

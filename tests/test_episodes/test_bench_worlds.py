@@ -3,6 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.episodes import homes as worlds
+from benchmarks.episodes.episode import Episode
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance
@@ -11,8 +13,6 @@ from sim_stubs.world import world_name as worlds_of_dry_runs
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import MOUNT
 from sim_stubs.world.world_name import open_world
-from vizbot.bench.episodes import homes as worlds
-from vizbot.bench.episodes.episode import Episode
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 

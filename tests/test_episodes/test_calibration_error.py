@@ -6,6 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from benchmarks.episodes import run as runs
+from benchmarks.episodes.calibration_error import EXACT, CalibrationError
+from benchmarks.episodes.episode import Episode, Variant
+from benchmarks.episodes.run import TruthRecorder, run_episode
+from benchmarks.episodes.seen_floor import SeenFloor
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
@@ -13,11 +18,6 @@ from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.world.world import World
 from sim_stubs.world.world_plan import D435I_COLOUR
-from vizbot.bench.episodes import run as runs
-from vizbot.bench.episodes.calibration_error import EXACT, CalibrationError
-from vizbot.bench.episodes.episode import Episode, Variant
-from vizbot.bench.episodes.run import TruthRecorder, run_episode
-from vizbot.bench.episodes.seen_floor import SeenFloor
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
 from vizbot.pipeline import Pipeline

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from benchmarks.episodes import run as runs
+from benchmarks.episodes.calibration_error import EXACT
+from benchmarks.episodes.episode import Episode, Variant
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
-from vizbot.bench.episodes import run as runs
-from vizbot.bench.episodes.calibration_error import EXACT
-from vizbot.bench.episodes.episode import Episode, Variant
 from vizbot.config import Config
 
 SETTINGS = {"look_around": False, "settling": {"seconds": 0.0, "frames": 0}, "max_steps": 80}

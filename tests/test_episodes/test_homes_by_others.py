@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from benchmarks.episodes import homes
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, seed_of_home
+from benchmarks.harness.store import Store
+from benchmarks.objectnav.others_page import others_page
 from sim_stubs.homes.home import home
-from vizbot.bench.episodes import homes
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult, seed_of_home
-from vizbot.bench.harness.store import Store
-from vizbot.bench.objectnav.others_page import others_page
 from vizbot.config import Config
 
 

@@ -6,10 +6,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from benchmarks import loop_latency
+from benchmarks.episodes.latency import DecidedBase, Latencies, slow_devices
+from benchmarks.loop_latency import LoopTimes, TimedClock
 from sim_stubs.clock import SimulatedClock
-from vizbot.bench import loop_latency
-from vizbot.bench.episodes.latency import DecidedBase, Latencies, slow_devices
-from vizbot.bench.loop_latency import LoopTimes, TimedClock
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.types import STOP, Twist

@@ -5,9 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mapping.clip.reading import Reading
-from mapping.clip.scores import Background, Query
-from vizbot.bench.episodes.other_encoders import (
+from benchmarks.episodes.other_encoders import (
     ERROR,
     OFFSET,
     OWN_USUAL,
@@ -15,6 +13,8 @@ from vizbot.bench.episodes.other_encoders import (
     USUAL,
     OtherEncoder,
 )
+from mapping.clip.reading import Reading
+from mapping.clip.scores import Background, Query
 
 OWN_THRESHOLD = 0.48
 

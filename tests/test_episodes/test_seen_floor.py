@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from vizbot.bench.episodes import run as runs
-from vizbot.bench.episodes.calibration_error import EXACT
-from vizbot.bench.episodes.episode import Episode, Variant
-from vizbot.bench.episodes.seen_floor import SeenFloor
+from benchmarks.episodes import run as runs
+from benchmarks.episodes.calibration_error import EXACT
+from benchmarks.episodes.episode import Episode, Variant
+from benchmarks.episodes.seen_floor import SeenFloor
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome

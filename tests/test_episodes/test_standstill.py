@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.episodes import run as runs
+from benchmarks.episodes.standstill import LAST, RADIUS, enclosing_radius, is_stuck
 from sim_stubs.scoring.success import Verdict
-from vizbot.bench.episodes import run as runs
-from vizbot.bench.episodes.standstill import LAST, RADIUS, enclosing_radius, is_stuck
 from vizbot.config import Config
 from vizbot.core.observer import GoalReport, Outcome
 

@@ -2,10 +2,10 @@ from collections import Counter
 
 import pytest
 
-from sim_stubs.homes import vocabulary
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.furniture.classes import CLASSES
-from sim_stubs.homes.vocabulary import (
+from vizbot.core import home_vocabulary as vocabulary
+from vizbot.core.home_vocabulary import (
     COLOURS,
     EVALUATION_CLASSES,
     GROUPS,

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sim_stubs.clip.training.captions.captions import (
+from training.captions.captions import (
     Caption,
     draw_captions,
     draw_colours,
@@ -10,9 +10,9 @@ from sim_stubs.clip.training.captions.captions import (
     plain_noun,
     target,
 )
-from sim_stubs.clip.training.captions.facts import FACT_INDEX, FACTS, Fact, Facts
-from sim_stubs.clip.training.captions.phrasing import NounPhrase, phrased, plural_noun
-from sim_stubs.clip.training.captions.unrelated_words import CAPTION_WORDS
+from training.captions.facts import FACT_INDEX, FACTS, Fact, Facts
+from training.captions.phrasing import NounPhrase, phrased, plural_noun
+from training.captions.unrelated_words import CAPTION_WORDS
 
 NAN = float("nan")
 

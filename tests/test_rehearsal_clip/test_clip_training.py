@@ -6,26 +6,26 @@ import numpy as np
 import pytest
 import torch
 
-from sim_stubs.clip.encoder import load_embedded_clip, to_ids, to_pixels, to_values
-from sim_stubs.clip.text_encoder import DIMENSION, LONGEST_TEXT
-from sim_stubs.clip.towers import Clip
-from sim_stubs.clip.training.augmentation import augmented, swap_channels
-from sim_stubs.clip.training.batch_texts import draw_texts, truth_of
-from sim_stubs.clip.training.captions.captions import Caption, target
-from sim_stubs.clip.training.captions.facts import FACT_INDEX, Facts
-from sim_stubs.clip.training.export import export_model
-from sim_stubs.clip.training.patch_pool import PatchPool
-from sim_stubs.clip.training.text_stage import TextStageConfig, train_text_tower
-from sim_stubs.clip.training.tokenizer import VOCABULARY, train_tokenizer
-from sim_stubs.clip.training.training import (
+from mapping.clip.embedded.encoder import load_embedded_clip, to_ids, to_pixels, to_values
+from mapping.clip.embedded.text_encoder import DIMENSION, LONGEST_TEXT
+from mapping.clip.embedded.towers import Clip
+from training.augmentation import augmented, swap_channels
+from training.batch_texts import draw_texts, truth_of
+from training.captions.captions import Caption, target
+from training.captions.facts import FACT_INDEX, Facts
+from training.export import export_model
+from training.patch_pool import PatchPool
+from training.text_stage import TextStageConfig, train_text_tower
+from training.tokenizer import VOCABULARY, train_tokenizer
+from training.training import (
     TrainingConfig,
     chosen_threshold,
     contrastive_loss,
     train,
 )
-from sim_stubs.clip.training.views import LabelledPatches
-from sim_stubs.homes.vocabulary import EVALUATION_CLASSES
+from training.views import LabelledPatches
 from vizbot.core.errors import ConfigError
+from vizbot.core.home_vocabulary import EVALUATION_CLASSES
 
 COLOURS = {"sofa": (200, 30, 30), "bed": (30, 30, 200), "plant": (30, 180, 30)}
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from sim_stubs.clip.training.furniture_variety import another
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.solids import triangles
+from training.furniture_variety import another
 
 
 @pytest.fixture(scope="module")

@@ -6,16 +6,16 @@ from hashlib import sha256
 import pytest
 from safetensors.numpy import load_file
 
-from sim_stubs.clip.encoder import load_embedded_clip
-from sim_stubs.clip.model_files import WEIGHTS
-from sim_stubs.clip.training.captions.phrasing import WITHHELD_PHRASINGS
-from sim_stubs.clip.training.captions.spoken_phrasing import SPOKEN
-from sim_stubs.clip.training.captions.synonyms import TRAINED_SYNONYMS, WITHHELD_SYNONYMS
-from sim_stubs.clip.training.captions.unrelated_words import CAPTION_WORDS
-from sim_stubs.clip.training.evaluation import WITHHELD_WAYS
-from sim_stubs.clip.word_table import TABLE
-from sim_stubs.homes.vocabulary import COLOURS, GROUPS, MATERIALS, ROOMS, THINGS
+from mapping.clip.embedded.encoder import load_embedded_clip
+from mapping.clip.embedded.model_files import WEIGHTS
+from mapping.clip.embedded.word_table import TABLE
 from tests.helpers.checkout import ROOT
+from training.captions.phrasing import WITHHELD_PHRASINGS
+from training.captions.spoken_phrasing import SPOKEN
+from training.captions.synonyms import TRAINED_SYNONYMS, WITHHELD_SYNONYMS
+from training.captions.unrelated_words import CAPTION_WORDS
+from training.evaluation import WITHHELD_WAYS
+from vizbot.core.home_vocabulary import COLOURS, GROUPS, MATERIALS, ROOMS, THINGS
 
 ROWS = ROOT / "docs/results/rows/encoder"
 BEFORE = "embedded-cc297db4"

@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from sim_stubs.clip.encoder import load_embedded_clip
-from sim_stubs.clip.training.captions import phrasing
-from sim_stubs.clip.training.captions.held_out_pairs import is_withheld
-from sim_stubs.clip.training.captions.spoken_phrasing import (
+from mapping.clip.embedded.encoder import load_embedded_clip
+from training.captions import phrasing
+from training.captions.held_out_pairs import is_withheld
+from training.captions.spoken_phrasing import (
     ADJECTIVES,
     SPOKEN,
     TRAINED_ADJECTIVES,
@@ -16,14 +16,14 @@ from sim_stubs.clip.training.captions.spoken_phrasing import (
     WITHHELD_SPOKEN,
     spoken,
 )
-from sim_stubs.clip.training.captions.synonyms import (
+from training.captions.synonyms import (
     TRAINED_SYNONYMS,
     WITHHELD_SYNONYMS,
     has_withheld_synonym,
 )
-from sim_stubs.clip.training.captions.unrelated_words import HELD_OUT_WORDS
-from sim_stubs.clip.training.spoken_texts import draw_kept, draw_spoken, draw_unrelated
-from sim_stubs.homes.vocabulary import THINGS
+from training.captions.unrelated_words import HELD_OUT_WORDS
+from training.spoken_texts import draw_kept, draw_spoken, draw_unrelated
+from vizbot.core.home_vocabulary import THINGS
 
 
 @pytest.fixture(scope="module")

@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from sim_stubs.clip.encoder import load_embedded_clip
-from sim_stubs.clip.model_files import read_files
-from sim_stubs.clip.text_encoder import EmbeddedTexts, token_ids
-from sim_stubs.clip.word_table import table
-from sim_stubs.homes.vocabulary import COLOURS, EVALUATION_CLASSES
+from mapping.clip.embedded.encoder import load_embedded_clip
+from mapping.clip.embedded.model_files import read_files
+from mapping.clip.embedded.text_encoder import EmbeddedTexts, token_ids
+from mapping.clip.embedded.word_table import table
 from vizbot.core.errors import ConfigError
+from vizbot.core.home_vocabulary import COLOURS, EVALUATION_CLASSES
 
 ODD = ["?", "\u2603", "sofa " * 100, "a bed next to a red sofa", "Where is the KITCHEN?"]
 

@@ -3,18 +3,18 @@ import re
 import numpy as np
 import pytest
 
-from sim_stubs.clip.training.captions import phrasing, spoken_phrasing
-from sim_stubs.clip.training.captions.captions import draw_captions, draw_contrasts, draw_negatives
-from sim_stubs.clip.training.captions.facts import FACT_INDEX, FACTS, Facts
-from sim_stubs.clip.training.captions.held_out_pairs import (
+from training.captions import phrasing, spoken_phrasing
+from training.captions.captions import draw_captions, draw_contrasts, draw_negatives
+from training.captions.facts import FACT_INDEX, FACTS, Facts
+from training.captions.held_out_pairs import (
     WITHHELD_COLOURS,
     WITHHELD_RELATIONS,
     is_withheld,
 )
-from sim_stubs.clip.training.captions.held_out_questions import WITHHELD_COMBINATIONS
-from sim_stubs.clip.training.captions.phrasing import NounPhrase, phrased
-from sim_stubs.clip.training.captions.unrelated_words import CAPTION_WORDS, HELD_OUT_WORDS
-from sim_stubs.homes.vocabulary import COLOURS, ROOMS, SYNONYMS, THINGS
+from training.captions.held_out_questions import WITHHELD_COMBINATIONS
+from training.captions.phrasing import NounPhrase, phrased
+from training.captions.unrelated_words import CAPTION_WORDS, HELD_OUT_WORDS
+from vizbot.core.home_vocabulary import COLOURS, ROOMS, SYNONYMS, THINGS
 
 DRAWS = 20_000
 

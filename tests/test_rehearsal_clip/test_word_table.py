@@ -2,13 +2,13 @@
 
 import pytest
 
-from sim_stubs.clip.encoder import load_embedded_clip
-from sim_stubs.clip.training.captions.synonyms import TRAINED_SYNONYMS, WITHHELD_SYNONYMS
-from sim_stubs.clip.training.captions.unrelated_words import HELD_OUT_WORDS
-from sim_stubs.clip.training.spoken_texts import trained_words
-from sim_stubs.clip.training.wordnet import WordNet, word_table
-from sim_stubs.clip.word_table import looked_up, read_goal, table
-from sim_stubs.homes.vocabulary import GROUPS, ROOMS, THINGS
+from mapping.clip.embedded.encoder import load_embedded_clip
+from mapping.clip.embedded.word_table import looked_up, read_goal, table
+from training.captions.synonyms import TRAINED_SYNONYMS, WITHHELD_SYNONYMS
+from training.captions.unrelated_words import HELD_OUT_WORDS
+from training.spoken_texts import trained_words
+from training.wordnet import WordNet, word_table
+from vizbot.core.home_vocabulary import GROUPS, ROOMS, THINGS
 
 
 def read(text):

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from benchmarks.faults.minimal_robot import WheelPoses
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase
 from vizbot.behaviours.blind_motion import BlindMotion
 from vizbot.behaviours.short_move import ShortMove
-from vizbot.bench.faults.minimal_robot import WheelPoses
 from vizbot.core.geometry import camera_mount, planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, BaseMode, BaseState, Twist

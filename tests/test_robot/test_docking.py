@@ -6,6 +6,7 @@ import threading
 import numpy as np
 import pytest
 
+from benchmarks.faults.minimal_robot import GreyEncoder, WheelPoses
 from drivers.roomba.base import Roomba
 from drivers.roomba.packets import Buttons
 from drivers.roomba.serial_port import open_serial
@@ -15,7 +16,6 @@ from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.box_room import BoxCamera
 from sim_stubs.world.free_floor import FreeFloor
-from vizbot.bench.faults.minimal_robot import GreyEncoder, WheelPoses
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.geometry import planar

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from benchmarks.ablations.ablation import ABLATIONS
 from mapping.clip.belief import PlaceBelief
 from mapping.clip.footprint import PLACE
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Query
 from mapping.clip.weights import fitted_weights
 from nav.frontier import FrontierSearch
-from vizbot.bench.ablations.ablation import ABLATIONS
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid

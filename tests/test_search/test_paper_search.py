@@ -8,11 +8,11 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from benchmarks.planner.grids import known_floor, recorded_map, recorded_maps
 from nav.config import NavigatorConfig
 from nav.costmap import LiveCostmap
 from nav.navigator import GoalPoints, Navigation, explore_distant, navigate
 from tests.helpers.scripted_robot import ScriptedBase, ticks
-from vizbot.bench.planner.grids import known_floor, recorded_map, recorded_maps
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, OccupancyGrid

@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.episodes.episode import Episode, seed_of_home
+from benchmarks.episodes.homes import house_of, start_of
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.mirror import Mirror
@@ -19,8 +21,6 @@ from sim_stubs.world.world import MOUNT
 from sim_stubs.world.world_name import plan_world
 from sim_stubs.world.world_plan import D435I_COLOUR
 from sim_stubs.world.world_spec import is_bare, require_world, seed_of
-from vizbot.bench.episodes.episode import Episode, seed_of_home
-from vizbot.bench.episodes.homes import house_of, start_of
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar

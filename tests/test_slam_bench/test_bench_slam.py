@@ -11,14 +11,14 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.slam import frame_to_frame, sequence_scores
+from benchmarks.slam import peers as slam_peers
+from benchmarks.slam import recordings as slam
+from benchmarks.slam.drawing import Path2D, draw_paths
+from benchmarks.slam.frame_to_frame import FrameToFrame, feature_odometry
+from benchmarks.slam.recordings import SlamBench, run_slam, track_sequence
 from mapping.slam.config import SlamConfig
 from mapping.tum import read_trajectory, write_trajectory
-from vizbot.bench.slam import frame_to_frame, sequence_scores
-from vizbot.bench.slam import peers as slam_peers
-from vizbot.bench.slam import recordings as slam
-from vizbot.bench.slam.drawing import Path2D, draw_paths
-from vizbot.bench.slam.frame_to_frame import FrameToFrame, feature_odometry
-from vizbot.bench.slam.recordings import SlamBench, run_slam, track_sequence
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame

@@ -7,15 +7,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.harness.store import Store
-from vizbot.bench.slam import homes as slam_homes
-from vizbot.bench.slam import lap_scores
-from vizbot.bench.slam.homes import AS_RECORDED, FAULTS, TWINS, recording_folder
-from vizbot.bench.slam.lap_scores import LapResult
-from vizbot.bench.slam.laps import LapConfig
-from vizbot.bench.slam.relocalisation import STARTS, StartResult, starts_table
-from vizbot.bench.slam.replays import ReplayFrame
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.harness.store import Store
+from benchmarks.slam import homes as slam_homes
+from benchmarks.slam import lap_scores
+from benchmarks.slam.homes import AS_RECORDED, FAULTS, TWINS, recording_folder
+from benchmarks.slam.lap_scores import LapResult
+from benchmarks.slam.laps import LapConfig
+from benchmarks.slam.relocalisation import STARTS, StartResult, starts_table
+from benchmarks.slam.replays import ReplayFrame
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
 from vizbot.core.types import PoseEstimate, Tracking

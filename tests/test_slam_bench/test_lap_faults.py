@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vizbot.bench.slam import sensor_faults
-from vizbot.bench.slam.replays import ReplayFrame
-from vizbot.bench.slam.sensor_faults import Span
-from vizbot.bench.slam.white_wall import DISTANCE, WhiteWall
+from benchmarks.slam import sensor_faults
+from benchmarks.slam.replays import ReplayFrame
+from benchmarks.slam.sensor_faults import Span
+from benchmarks.slam.white_wall import DISTANCE, WhiteWall
 from vizbot.config import Config
 from vizbot.core.geometry import planar, yaw_of
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame

@@ -7,17 +7,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.episodes.calibration_error import EXACT
+from benchmarks.harness.store import Store
+from benchmarks.slam import hours as slam_hours
+from benchmarks.slam.lap_scores import consistent_nees
+from benchmarks.slam.laps import LapConfig, record_laps
+from benchmarks.slam.replays import replay, to_and_fro
 from drivers.tum_sequence import RecordedSequence
 from mapping.odometry.config import DeadReckoningConfig
 from mapping.odometry.dead_reckoning import DeadReckoning
 from mapping.slam.slam import Slam
 from mapping.trajectory_error import normalised_errors
-from vizbot.bench.episodes.calibration_error import EXACT
-from vizbot.bench.harness.store import Store
-from vizbot.bench.slam import hours as slam_hours
-from vizbot.bench.slam.lap_scores import consistent_nees
-from vizbot.bench.slam.laps import LapConfig, record_laps
-from vizbot.bench.slam.replays import replay, to_and_fro
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, yaw_of

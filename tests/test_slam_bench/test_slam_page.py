@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import pytest
 
-from vizbot.bench.harness.store import Store
-from vizbot.bench.slam.homes import AS_RECORDED, FAULTS, TWINS
-from vizbot.bench.slam.hours import DrivenHours, Hour
-from vizbot.bench.slam.lap_scores import LapResult
-from vizbot.bench.slam.page import slam_page
-from vizbot.bench.slam.relocalisation import StartResult
+from benchmarks.harness.store import Store
+from benchmarks.slam.homes import AS_RECORDED, FAULTS, TWINS
+from benchmarks.slam.hours import DrivenHours, Hour
+from benchmarks.slam.lap_scores import LapResult
+from benchmarks.slam.page import slam_page
+from benchmarks.slam.relocalisation import StartResult
 
 LAP = LapResult(
     home=1000, fault=AS_RECORDED, frames=900, path_length=50.0, ate=0.02, ate_final=0.01,

@@ -6,9 +6,9 @@ import re
 import numpy as np
 import pytest
 
-from sim_stubs.homes.vocabulary import GROUPS, ROOMS, SYNONYMS, THINGS
 from tests.helpers.checkout import ROOT
 from vizbot.behaviours.base_mode import MAYBE_MOVED
+from vizbot.core.home_vocabulary import GROUPS, ROOMS, SYNONYMS, THINGS
 from vizbot.objectnav import reasons
 from vizbot.objectnav.option import Option
 from vizbot.operator.language.command import GoTo, WhereIs, goals_of

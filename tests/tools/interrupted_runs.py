@@ -21,9 +21,9 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.harness.scores import Rate
 from mapping import map_bundle
 from mapping.tum import read_trajectory
-from vizbot.bench.harness.scores import Rate
 from vizbot.cli.process import run
 from vizbot.core.errors import VizbotError
 from vizbot.operator.printing import echo
@@ -46,7 +46,7 @@ ROOM = """
 """
 LOADED = (
     "drivers.roomba.base",
-    "sim_stubs.clip.encoder",
+    "mapping.clip.embedded.encoder",
     "sim_stubs.realsense.camera",
     "sim_stubs.roomba.base",
     "sim_stubs.scoring.goal_scorer",

@@ -28,11 +28,11 @@ from typing import Annotated
 import pytest
 import typer
 
-FOLDERS = ("vizbot/bench", "sim_stubs/scoring", "vizbot/objectnav", "mapping/clip")
+FOLDERS = ("benchmarks", "sim_stubs/scoring", "vizbot/objectnav", "mapping/clip")
 PICTURES = (
-    "vizbot/bench/slam/drawing.py",
-    "vizbot/bench/objectnav/episode_pictures.py",
-    "vizbot/bench/fast_world/curves.py",
+    "benchmarks/slam/drawing.py",
+    "benchmarks/objectnav/episode_pictures.py",
+    "benchmarks/fast_world/curves.py",
 )
 """Modules that only draw: people look at what they make, and no result depends on it."""
 KINDS = ("comparison", "constant", "condition", "verdict")

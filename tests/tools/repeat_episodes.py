@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import typer
 
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, Variant
-from vizbot.bench.episodes.run import run_episode
-from vizbot.bench.harness.bench_plan import UNATTENDED, results_file
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.harness.store import Store
-from vizbot.bench.harness.workers import in_parallel
-from vizbot.bench.objectnav import multi_goal, single_goal
+from benchmarks.episodes.episode import Episode, EpisodeResult, Variant
+from benchmarks.episodes.run import run_episode
+from benchmarks.harness.bench_plan import UNATTENDED, results_file
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.harness.store import Store
+from benchmarks.harness.workers import in_parallel
+from benchmarks.objectnav import multi_goal, single_goal
 from vizbot.core.errors import ConfigError
 
 EPISODES = 10

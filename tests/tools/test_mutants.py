@@ -37,7 +37,7 @@ def unused(seconds: float) -> float | None:
     return seconds
 '''
 TEST = """
-from vizbot.bench.late import late
+from benchmarks.late import late
 
 def test_half_a_second_is_not_late():
     assert not late(0.5) and late(0.6)
@@ -49,11 +49,11 @@ def tree(tmp_path):
     """A working tree with one module, what uses it, and tests."""
     for path, text in (
         ("vizbot/__init__.py", ""),
-        ("vizbot/bench/__init__.py", ""),
-        ("vizbot/bench/late.py", SOURCE.decode()),
-        ("vizbot/bench/user.py", "from vizbot.bench.late import late\n"),
+        ("benchmarks/__init__.py", ""),
+        ("benchmarks/late.py", SOURCE.decode()),
+        ("benchmarks/user.py", "from benchmarks.late import late\n"),
         ("tests/test_late.py", TEST),
-        ("tests/test_a_user.py", "import vizbot.bench.user\n\ndef test_late():\n    assert True\n"),
+        ("tests/test_a_user.py", "import benchmarks.user\n\ndef test_late():\n    assert True\n"),
         ("tests/test_other.py", "def test_late():\n    raise AssertionError\n"),
     ):
         (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
@@ -94,7 +94,7 @@ def test_a_seed_draws_the_same_mutants_again(tree):
 
 def test_a_change_of_the_sources_leaves_the_other_mutants_drawn(tree):
     before = [mutant.name for mutant in drawn(tree, 0)]
-    path = tree / "vizbot/bench/late.py"
+    path = tree / "benchmarks/late.py"
     path.write_bytes(SOURCE.replace(b"0.5", b"12.25").replace(b'"%d", 3', b'"%d of %d", 3, 4'))
     after = [mutant.name for mutant in drawn(tree, 0)]
     changed = set(before) ^ set(after)
@@ -104,10 +104,10 @@ def test_a_change_of_the_sources_leaves_the_other_mutants_drawn(tree):
 
 
 def test_tests_of_the_module_come_before_those_of_its_users(tree):
-    found = matching_tests(tree, "vizbot/bench/late.py")
+    found = matching_tests(tree, "benchmarks/late.py")
     assert found == ["tests/test_late.py", "tests/test_a_user.py"]
     (tree / "tests/test_all.py").write_text(f"{TEST}\nlogging = seconds = limit = unused = late\n")
-    found = matching_tests(tree, "vizbot/bench/late.py")
+    found = matching_tests(tree, "benchmarks/late.py")
     assert found == ["tests/test_late.py", "tests/test_all.py", "tests/test_a_user.py"]
 
 
@@ -128,7 +128,7 @@ def test_a_mutant_is_killed_survives_fails_at_import_or_meets_a_test_that_fails_
     (copy.root / "tests/test_late.py").write_text(TEST.replace("not ", ""))
     killed = found["condition", "round(seconds, 2) <= limit"]
     assert copy.outcome(killed) == ("unclear", failing)
-    assert (copy.root / "vizbot/bench/late.py").read_bytes() == SOURCE
+    assert (copy.root / "benchmarks/late.py").read_bytes() == SOURCE
 
 
 def test_a_later_run_draws_again_what_is_void_and_runs_only_what_is_not_known(

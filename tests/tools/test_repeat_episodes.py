@@ -5,12 +5,12 @@ from dataclasses import replace
 import pytest
 import typer
 
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult
+from benchmarks.harness.bench_plan import results_file
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.harness.store import Store
 from tests.tools import repeat_episodes
 from tests.tools.repeat_episodes import differences, drawn, kept_results, repeat, variant_of
-from vizbot.bench.episodes.episode import Episode, EpisodeResult, GoalResult
-from vizbot.bench.harness.bench_plan import results_file
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.harness.store import Store
 from vizbot.core.errors import ConfigError
 
 

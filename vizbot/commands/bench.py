@@ -7,15 +7,13 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 
-from drivers.tum_sequence import parse_intrinsics
-from sim_stubs.world.world_spec import is_bare, require_world, seed_of
-from vizbot.bench.claims import pages
-from vizbot.bench.episodes.episode import Home
-from vizbot.bench.episodes.homes import FIRST_HOME
-from vizbot.bench.fast_world import bench as fast_world
-from vizbot.bench.faults import bench as faults
-from vizbot.bench.faults.page import faults_page
-from vizbot.bench.harness.bench_plan import (
+from benchmarks.claims import pages
+from benchmarks.episodes.episode import Home
+from benchmarks.episodes.homes import FIRST_HOME
+from benchmarks.fast_world import bench as fast_world
+from benchmarks.faults import bench as faults
+from benchmarks.faults.page import faults_page
+from benchmarks.harness.bench_plan import (
     ENCODER_ROWS,
     QUICK_SHARE_ROWS,
     SEARCHED,
@@ -23,16 +21,18 @@ from vizbot.bench.harness.bench_plan import (
     BenchPlan,
     BenchResult,
 )
-from vizbot.bench.harness.fingerprint import Fingerprint
-from vizbot.bench.loop import bench as loop
-from vizbot.bench.objectnav import absent, multi_goal, retrieval, single_goal
-from vizbot.bench.objectnav.scoreboard import write_scoreboard_page
-from vizbot.bench.planner import bench as planner
-from vizbot.bench.planner.page import planner_page
-from vizbot.bench.questions import bench as questions
-from vizbot.bench.slam import homes as slam_homes
-from vizbot.bench.slam import hours as slam_hours
-from vizbot.bench.slam import recordings as slam
+from benchmarks.harness.fingerprint import Fingerprint
+from benchmarks.loop import bench as loop
+from benchmarks.objectnav import absent, multi_goal, retrieval, single_goal
+from benchmarks.objectnav.scoreboard import write_scoreboard_page
+from benchmarks.planner import bench as planner
+from benchmarks.planner.page import planner_page
+from benchmarks.questions import bench as questions
+from benchmarks.slam import homes as slam_homes
+from benchmarks.slam import hours as slam_hours
+from benchmarks.slam import recordings as slam
+from drivers.tum_sequence import parse_intrinsics
+from sim_stubs.world.world_spec import is_bare, require_world, seed_of
 from vizbot.commands.options import BenchOptions
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError

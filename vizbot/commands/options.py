@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from vizbot.bench.episodes.encoder_scale import EncoderScale
+from benchmarks.episodes.encoder_scale import EncoderScale
 from vizbot.core.method import Method
 from vizbot.operator.client.endpoint import LANGUAGE, PORT, SPEECH, Service
 

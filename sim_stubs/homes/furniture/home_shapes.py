@@ -19,8 +19,8 @@ from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.furniture.fitting import Source
 from sim_stubs.homes.geometry.house import Instance
 from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.vocabulary import EVALUATION_CLASSES, kinds
 from vizbot.core.errors import ConfigError
+from vizbot.core.home_vocabulary import EVALUATION_CLASSES, kinds
 
 FIRST_IN_TURN = 1020
 """First seed of the homes in which models and shapes take turns."""

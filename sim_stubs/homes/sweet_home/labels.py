@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from sim_stubs.homes.furniture.classes import CLASSES
 from sim_stubs.homes.sweet_home.plan import ListedPiece, plain_name
-from sim_stubs.homes.vocabulary import THINGS, class_of
+from vizbot.core.home_vocabulary import THINGS, class_of
 
 LOW = 0.6
 """Height below which a table is a coffee table [m]."""

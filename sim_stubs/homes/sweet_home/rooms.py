@@ -15,7 +15,7 @@ from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.homes.geometry.solids import WHITE
 from sim_stubs.homes.sweet_home.plan import plain_name
 from sim_stubs.homes.sweet_home.walls import WallFinish
-from sim_stubs.homes.vocabulary import class_of
+from vizbot.core.home_vocabulary import class_of
 
 OUTDOORS = re.compile(r".*(terrace|balcony|garden|patio|porch|veranda|roof|garage).*")
 """Names of places with a floor that are no part of the home."""

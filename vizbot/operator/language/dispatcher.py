@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import hypot
 
-from sim_stubs.homes.vocabulary import ROOMS
 from vizbot.behaviours.short_move import FARTHEST, ShortMove
+from vizbot.core.home_vocabulary import ROOMS
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Charging, Tracking
 from vizbot.objectnav.tasks import Task, Waypoint

@@ -10,8 +10,8 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
-from sim_stubs.homes.vocabulary import ROOMS
 from vizbot.core.errors import ConfigError
+from vizbot.core.home_vocabulary import ROOMS
 from vizbot.core.observer import CLAUSE_JOINT
 from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.lexicon import Lexicon, english_lexicon, translating_lexicon

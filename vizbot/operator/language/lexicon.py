@@ -1,8 +1,9 @@
 """The names of things and rooms that the robot knows, and what it makes of other words.
 
 It knows the names that its encoder of rehearsals was trained on, other words for them, and the
-nouns of the table `sim_stubs.clip.words.tsv`. How near a text lies to these in the encoder's own
-space says nothing about that: there "asdf" is nearer to a radio than most things are to each other.
+nouns of the table `mapping/clip/embedded/words.tsv`. How near a text lies to these in the
+encoder's own space says nothing about that: there "asdf" is nearer to a radio than most things are
+to each other.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from dataclasses import dataclass, replace
 
 from jellyfish import damerau_levenshtein_distance
 
-from sim_stubs.clip.word_table import table
-from sim_stubs.homes.vocabulary import COLOURS, GROUPS, MATERIALS, ROOMS, SYNONYMS, THINGS
+from mapping.clip.embedded.word_table import table
+from vizbot.core.home_vocabulary import COLOURS, GROUPS, MATERIALS, ROOMS, SYNONYMS, THINGS
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 
 NEAR = 0.72

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mapping.clip.belief import PlaceBelief
 from mapping.clip.footprint import PLACE
 from mapping.map_bundle import MapBundle
-from sim_stubs.homes.vocabulary import ROOMS
+from vizbot.core.home_vocabulary import ROOMS
 from vizbot.operator.session.household import HouseholdBeliefs
 from vizbot.pipeline import Pipeline
 

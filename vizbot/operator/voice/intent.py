@@ -10,7 +10,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from sim_stubs.homes.vocabulary import ROOMS, SYNONYMS
+from vizbot.core.home_vocabulary import ROOMS, SYNONYMS
 from vizbot.operator.language.command import (
     Command,
     Decline,

@@ -1,0 +1,78 @@
+"""All pages with figures: the written ones are held against the rows, the others made from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from benchmarks.claims.claims import read_claims
+from benchmarks.claims.facts import kept_facts
+from benchmarks.fast_world.page import belief_page, write_belief_picture
+from benchmarks.fast_world.ranking import ranking_page
+from benchmarks.faults.page import faults_page
+from benchmarks.objectnav.others_page import others_page
+from benchmarks.objectnav.scoreboard import scoreboard_page, write_scoreboard_page
+from benchmarks.objectnav.search_page import search_page
+from benchmarks.planner.page import planner_page
+from benchmarks.questions.page import questions_page
+from benchmarks.slam.page import slam_page
+from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
+
+RESULTS = Path("docs/results")
+"""Folder of the pages, from the root of the repository; its rows and claims are in it."""
+ROWS = RESULTS / "rows"
+"""Folder of the folders of published rows."""
+MADE: Mapping[str, Callable[[Path, Path], str]] = {
+    "belief": belief_page,
+    "faults": faults_page,
+    "others": others_page,
+    "planner": planner_page,
+    "questions": questions_page,
+    "ranking": ranking_page,
+    "scoreboard": scoreboard_page,
+    "search": search_page,
+    "search_repaired": search_page,
+    "search_today": search_page,
+    "slam": slam_page,
+}
+"""What makes a page from its folder of rows and its own path, by the name of both; it makes nothing
+where rows are missing that the page cannot do without."""
+
+
+def page_of(folder: Path) -> Path:
+    """The page of a folder of rows: in `docs/results` for published ones, else beside it."""
+    page = folder.with_suffix(".md")
+    return RESULTS / page.name if page.parent.resolve() == ROWS.resolve() else page
+
+
+def write_pages() -> list[Path]:
+    """Write the pages and draw their pictures anew from their kept rows; the paths of the pages."""
+    write_scoreboard_page(ROWS / "scoreboard", RESULTS / "scoreboard.md")
+    write_belief_picture(ROWS / "belief", RESULTS / "belief.md")
+    texts = _made_pages()
+    for path, text in texts.items():
+        write_whole(path, text.encode())
+    return list(texts)
+
+
+def problems() -> list[str]:
+    """Where README or a page does not say what the kept rows do, one line each.
+
+    Raises:
+        ConfigError: this is no folder of the repository, or a file in it cannot be read.
+    """
+    claims = RESULTS / "claims.toml"
+    if not claims.is_file():
+        raise ConfigError(f"{claims} is missing here; run it in the root of the repository")
+    found = read_claims(claims).problems(Path(), kept_facts(ROWS))
+    for path, text in _made_pages().items():
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            found.append(f"{path} is not what its rows make; write it by `vizbot bench --figures`")
+    return found
+
+
+def _made_pages() -> dict[Path, str]:
+    paths = {name: RESULTS / f"{name}.md" for name in MADE}
+    texts = {paths[name]: made(ROWS / name, paths[name]) for name, made in MADE.items()}
+    return {path: text for path, text in texts.items() if text}

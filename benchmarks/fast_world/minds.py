@@ -1,0 +1,186 @@
+"""What decides in the fast world: the robot's search by belief, or the paper's.
+
+A mind keeps what was seen and says what to do next; `benchmarks.fast_world.walk` moves the robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.fast_world.views import View
+from mapping.clip.mapper import ClipMap
+from mapping.clip.place_rows import PlaceMap
+from mapping.clip.scores import Background, Query
+from nav.frontier import FrontierSearch
+from vizbot.config import Config
+from vizbot.core.types import SE3, OccupancyGrid
+from vizbot.objectnav.belief_search import BeliefSearch
+from vizbot.objectnav.candidates import RunningScores
+from vizbot.objectnav.paper_search import PaperSearch
+from vizbot.objectnav.tasks import Decision, Goal
+from vizbot.perception.sightings import Sightings
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip.encoder import ClipEncoder
+
+_POSES = {0: np.eye(4)}
+"""All is anchored to one keyframe at the origin: true poses do not move."""
+
+
+class Mind(Protocol):
+    """Searches for one goal."""
+
+    def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
+        """Take the view of this step; it is in the map one step later, as an embedding is.
+
+        Args:
+            number: Of the view.
+            view: What it shows.
+            T_map_cam: Where its picture was taken.
+            from_xy: (2,) where the robot is, in `map` [m].
+        """
+        ...
+
+    def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
+        """Mark what the camera sees from a pose as explored."""
+        ...
+
+    def interrupt(self) -> None:
+        """Forget the present way: something else has moved the robot."""
+        ...
+
+    def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
+        """What to do in this step."""
+        ...
+
+    def refute(self) -> bool:
+        """Tell it that it has not arrived; whether it can go on."""
+        ...
+
+
+class _ElementMap:
+    """The CLIP map of one goal, and from where its elements were seen."""
+
+    def __init__(self, encoder: ClipEncoder, goal: Goal) -> None:
+        """Begin with nothing seen."""
+        self._goal = goal
+        self._map, self._scores = ClipMap(encoder.dimension), RunningScores()
+        self._seen_from: list[NDArray[np.float64]] = []
+        self._keyframes: dict[int, int] = {}
+        self._pending: tuple[int, View, SE3] | None = None
+
+    def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
+        """Take a view, as of `Mind.see`."""
+        if self._pending is not None:
+            before, seen, T_map_before = self._pending
+            keyframe = self._keyframes.setdefault(before, len(self._keyframes))
+            self._map.add(keyframe, T_map_before, seen.elements, len(self._seen_from) - 1)
+        self._pending = number, view, T_map_cam
+        self._seen_from.append(from_xy)
+
+    def sightings(self) -> Sightings:
+        """Its elements with their similarities to the goal."""
+        elements = self._map.elements
+        return Sightings(
+            elements.points_keyframe,
+            self._scores.similarities_to(self._goal, elements.embeddings),
+            np.array(self._seen_from)[elements.frames],
+        )
+
+
+class PaperMind:
+    """The paper's method."""
+
+    def __init__(self, config: Config, encoder: ClipEncoder, goal: Goal) -> None:
+        """Begin with nothing seen."""
+        self._goal, self._search = goal, PaperSearch(config.navigator)
+        self._elements = _ElementMap(encoder, goal)
+
+    def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
+        """Take the view of this step."""
+        self._elements.see(number, view, T_map_cam, from_xy)
+
+    def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
+        """Do nothing: the paper knows no frontiers."""
+
+    def interrupt(self) -> None:
+        """Forget the present way."""
+        self._search.interrupt()
+
+    def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
+        """What to do in this step."""
+        return self._search.go(self._goal, self._elements.sightings(), grid, T_map_base)
+
+    def refute(self) -> bool:
+        """It has no way to be told."""
+        return False
+
+
+class BeliefMind:
+    """The search by belief."""
+
+    def __init__(
+        self,
+        config: Config,
+        encoder: ClipEncoder,
+        goal: Goal,
+        log_odds: tuple[float, float] | None,
+        search: Callable[[Config, FrontierSearch], BeliefSearch] = BeliefSearch,
+    ) -> None:
+        """Begin with nothing seen.
+
+        Args:
+            config: Settings of the robot.
+            encoder: Embeds the background.
+            goal: What is looked for.
+            log_odds: Scale and bias of the encoder; None where they are not known.
+            search: Makes the search.
+        """
+        self._background = Background.embedded_by(encoder)
+        self._map, self._places = ClipMap(encoder.dimension), PlaceMap()
+        self._statistics = np.zeros((0, 2), np.float32)
+        self._goal, self._question = goal, Query(goal.embedding, log_odds, goal.rivals)
+        self._frontiers = FrontierSearch(config.frontier)
+        self._search = search(config, self._frontiers)
+        self._robot_radius = config.navigator.costmap.robot_radius
+        self._pending: tuple[View, SE3] | None = None
+
+    def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
+        """Take the view of this step, if it is new."""
+        if self._pending is not None:
+            seen, T_map_before = self._pending
+            self._places.add(0, T_map_before, T_map_before, seen.footprint, len(self._map))
+            self._map.add(0, T_map_before, seen.elements, 0)
+            fresh = self._background.statistics(seen.elements.embeddings)
+            self._statistics = np.concatenate([self._statistics, fresh])
+        self._pending = (view, T_map_cam) if self._places.is_new_view(T_map_cam) else None
+
+    def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
+        """Mark what the camera sees."""
+        self._frontiers.look(grid, T_map_base, self._robot_radius)
+
+    def interrupt(self) -> None:
+        """Forget the present way."""
+        self._search.interrupt()
+
+    def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
+        """What to do in this step."""
+        places = self._places
+        belief = self._search.belief_of(self._goal, self._question).update(
+            self._map.embeddings,
+            self._statistics,
+            self._background.pictures,
+            places.rows,
+            places.placed(_POSES),
+        )
+        belief = self._search.as_judged(self._goal, belief)
+        return self._search.go(self._goal, belief, grid, T_map_base)
+
+    def refute(self) -> bool:
+        """Tell it that it has not arrived."""
+        self._search.refute()
+        return True

@@ -1,0 +1,62 @@
+"""How much of a home the robot says that it has seen, beside the truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from benchmarks.episodes.episode import EpisodeResult, GoalResult
+from benchmarks.harness.scores import Rate
+from benchmarks.harness.tables import markdown_table
+from vizbot.core.observer import Outcome
+
+CLOSE = 10
+"""What is close to the truth [points of a hundred]."""
+_NOTE = (
+    "Of the floor that can be reached, when the search ends; in points of a hundred. Before the"
+    " robot has seen the end of a home it does not know how large that is; it says that there is"
+    " none when little is left to see."
+)
+
+
+def seen_section(results: Sequence[EpisodeResult], absent: Sequence[EpisodeResult] = ()) -> str:
+    """The section of a page about these searches; empty where the truth was not kept.
+
+    Args:
+        results: Searches for what is there.
+        absent: Searches for what is not there.
+    """
+    goals = [result.goals[0] for result in results]
+    ended = {
+        outcome.replace("_", " "): [goal for goal in goals if goal.outcome is outcome]
+        for outcome in (Outcome.NOT_FOUND, Outcome.ARRIVED, Outcome.GAVE_UP)
+    }
+    vain = [result.goals[0] for result in absent]
+    ended["not found, and is not there"] = [g for g in vain if g.outcome is Outcome.NOT_FOUND]
+    lines: list[list[object]] = []
+    for name, kept in ended.items():
+        if off := _said_too_much(kept):
+            within = seen_rate(kept).count
+            lines.append(
+                [name, len(off), f"{np.mean(off):+.1f}", within, f"{max(off, key=abs):+.1f}"]
+            )
+    if not lines:
+        return ""
+    header = ("ended", "episodes", "said too much, mean", f"within {CLOSE}", "farthest off")
+    title = "## How much of the home it said that it had seen"
+    return f"{title}\n\n{_NOTE}\n\n{markdown_table(header, lines)}"
+
+
+def seen_rate(goals: Iterable[GoalResult]) -> Rate:
+    """For how many of these goals the robot said what it had seen to within `CLOSE` points."""
+    return Rate.over(abs(each) <= CLOSE for each in _said_too_much(goals))
+
+
+def _said_too_much(goals: Iterable[GoalResult]) -> list[float]:
+    """By how many points, for each goal of which the truth was kept."""
+    return [
+        100 * (goal.said_seen - goal.truly_seen)
+        for goal in goals
+        if goal.said_seen is not None and goal.truly_seen is not None
+    ]

