@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase
 from vizbot.behaviours.blind_motion import BlindMotion
-from vizbot.behaviours.short_move import ShortMove
 from vizbot.bench.faults.minimal_robot import WheelPoses
 from vizbot.core.geometry import camera_mount, planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, BaseMode, BaseState, Twist
-from vizbot.objectnav.tasks import Decision, Task, Waypoint
+from vizbot.objectnav.tasks import Decision, ShortMove, Task, Waypoint
 from vizbot.perception.interfaces import PerceptionParts
 
 BUMPED = {"bump_left": True, "bump_right": True}

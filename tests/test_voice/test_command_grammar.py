@@ -10,9 +10,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.helpers.spoken import PHRASES
-from vizbot.behaviours.short_move import ShortMove
 from vizbot.bench.loop.sentences import rows_of_words
-from vizbot.objectnav.tasks import Task
+from vizbot.objectnav.tasks import ShortMove, Task
 from vizbot.operator.language.command import (
     MISSIONS,
     All,

@@ -8,7 +8,7 @@ import pytest
 
 from sim_stubs.homes.vocabulary import GROUPS, ROOMS, SYNONYMS, THINGS
 from tests.helpers.checkout import ROOT
-from vizbot.behaviours.base_mode import MAYBE_MOVED
+from vizbot.behaviours.safety import MAYBE_MOVED
 from vizbot.objectnav import reasons
 from vizbot.objectnav.option import Option
 from vizbot.operator.language.command import GoTo, WhereIs, goals_of

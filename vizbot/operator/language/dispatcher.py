@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 from math import hypot
 
 from sim_stubs.homes.vocabulary import ROOMS
-from vizbot.behaviours.short_move import FARTHEST, ShortMove
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Charging, Tracking
-from vizbot.objectnav.tasks import Task, Waypoint
+from vizbot.objectnav.tasks import FARTHEST, ShortMove, Task, Waypoint
 from vizbot.operator.language.command import (
     All,
     Ask,
