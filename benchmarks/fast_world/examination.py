@@ -39,7 +39,7 @@ from mapping.clip.retrieval import best
 from mapping.clip.weights import fitted_weights
 from sim_stubs.scoring.places import are_true
 from vizbot.core.files import write_whole
-from vizbot.objectnav.belief_search import BeliefSearch
+from vizbot.objectnav.belief_search import CLOSING
 from vizbot.objectnav.looks import APART
 from vizbot.objectnav.verdicts import OF_ROOM
 from vizbot.operator.printing import echo
@@ -53,7 +53,7 @@ FALSE_SHARES = (0.01, 0.02, 0.03, 0.05, 0.1, 0.15, 0.2, 0.3)
 """Shares of wrong places that are believed, for which the share of what is missed is told."""
 ASKED = 0.03
 """Share of the wrong places that may be believed, at which it was asked what is missed."""
-_NEAR = BeliefSearch.CLOSING
+_NEAR = CLOSING
 """What a view shows within this distance is passed near by [m]."""
 _GONE = HEADINGS
 """Views after which a thing that none of them shows near by is passed."""

@@ -19,8 +19,7 @@ from nav.frontier import FrontierSearch
 from vizbot.config import Config
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
-from vizbot.objectnav.candidates import RunningScores
-from vizbot.objectnav.paper_search import PaperSearch
+from vizbot.objectnav.paper_search import PaperSearch, RunningScores
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.perception.sightings import Sightings
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tests.helpers.browsing import box_of, says, take_lease, touch_screen, until
-from vizbot.behaviours.base_mode import MAYBE_MOVED
+from vizbot.behaviours.safety import MAYBE_MOVED
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode, Charging
 

@@ -7,7 +7,7 @@ import pytest
 from sim_stubs.clock import SimulatedClock
 from tests.helpers.scripted_robot import ScriptedBase, ticks
 from tests.helpers.watched_robot import first_step
-from vizbot.behaviours.base_mode import MAYBE_MOVED
+from vizbot.behaviours.safety import MAYBE_MOVED
 from vizbot.config import ObjectNavConfig
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, BaseMode, Button, Tracking

@@ -39,7 +39,7 @@ from vizbot.rig import Rig, open_encoder
 
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
-    from sim_stubs.scoring.goal_scorer import GoalScorer  # its module loads the simulated homes
+    from sim_stubs.scoring.success import GoalScorer  # its module loads the simulated homes
     from sim_stubs.world.world import World
     from vizbot.commands.serve import ServedRun  # its module loads the console's server
 
@@ -238,6 +238,6 @@ def _shared(rig: Rig, recorder: Recorder) -> ServedRun:
 def _scorer(rig: Rig) -> GoalScorer | None:
     if rig.world is None or rig.devices.base is None:
         return None
-    from sim_stubs.scoring.goal_scorer import GoalScorer
+    from sim_stubs.scoring.success import GoalScorer
 
     return GoalScorer(rig.world)

@@ -8,8 +8,7 @@ from enum import Enum
 from itertools import chain
 from typing import TypeAlias, cast
 
-from vizbot.behaviours.short_move import ShortMove
-from vizbot.objectnav.tasks import Task
+from vizbot.objectnav.tasks import ShortMove, Task
 
 
 @dataclass(frozen=True, slots=True)

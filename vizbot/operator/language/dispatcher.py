@@ -6,11 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import hypot
 
-from vizbot.behaviours.short_move import FARTHEST, ShortMove
 from vizbot.core.home_vocabulary import ROOMS
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Charging, Tracking
-from vizbot.objectnav.tasks import Task, Waypoint
+from vizbot.objectnav.tasks import FARTHEST, ShortMove, Task, Waypoint
 from vizbot.operator.language.command import (
     All,
     Ask,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import pi
 
-from vizbot.behaviours.short_move import ShortMove
+from vizbot.objectnav.tasks import ShortMove
 from vizbot.operator.language.command import (
     All,
     Ask,

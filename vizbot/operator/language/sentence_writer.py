@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from math import degrees
 
-from vizbot.behaviours.short_move import ShortMove
+from vizbot.objectnav.tasks import ShortMove
 from vizbot.operator.language.command import Ask, Cancel, Command, Decline, Explore, GoTo, Move
 from vizbot.operator.language.sentence_kinds import ABOUT, ALONE, TOPICS
 

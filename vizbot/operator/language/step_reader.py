@@ -8,7 +8,7 @@ from functools import lru_cache
 from math import pi, radians
 from typing import Any
 
-from vizbot.behaviours.short_move import FARTHEST, ShortMove
+from vizbot.objectnav.tasks import FARTHEST, ShortMove
 from vizbot.operator.language.command import (
     Ask,
     Command,
