@@ -61,9 +61,9 @@ class KeyframeMap:
         """Pairs of keyframes between which a loop is closed."""
         return self._graph.closures
 
-    def is_recent(self, keyframe: int) -> bool:
-        """Whether dead reckoning still gives the motion since a keyframe."""
-        return keyframe in self._recent[-self._config.links :]
+    def recent(self) -> list[int]:
+        """Ids of the keyframes since which dead reckoning still gives the motion."""
+        return self._recent[-self._config.links :]
 
     def track(self, frame: Frame, last: Frame, shares: tuple[float, ...]) -> RelativePose | None:
         """Measure a frame in its reference keyframe; arguments as for `FrameMatcher.track`."""
@@ -84,7 +84,7 @@ class KeyframeMap:
             The frame in those keyframes that it matches. The gyroscope has a say as long as dead
             reckoning gives the motion since a keyframe.
         """
-        recent, found = self._recent[-self._config.links :], {}
+        recent, found = self.recent(), {}
         for keyframe, (T_keyframe_cam, share) in expected.items():
             now = frame.dead_reckoned if keyframe in recent else None
             match = self.matcher.match(
@@ -194,7 +194,7 @@ class KeyframeMap:
         dead_reckoned, reference = frame.dead_reckoned, frame.reference
         new, before = max(self._keyframes) + 1, self._keyframes[reference].dead_reckoned
         T_map_cam = self.poses[reference] @ frame.T_reference_cam
-        recent = {keyframe for keyframe in links if self.is_recent(keyframe)}
+        recent = self.recent()
         self._add(new, features, dead_reckoned)
         by_gyro: tuple[SE3, float] | None = None
         if dead_reckoned is not None and before is not None:

@@ -73,7 +73,8 @@ class Kidnapping:
             self._suspects |= rich and self._consistency.contradicts(last, motion, depth)
         reference = frame.reference
         T_map_cam = keyframes.poses[reference] @ frame.predicted
-        near = [k for k in keyframes.nearby(T_map_cam, but=reference) if keyframes.is_recent(k)]
+        recent = keyframes.recent()
+        near = [k for k in keyframes.nearby(T_map_cam, but=reference) if k in recent]
         plenty = len(features) >= self._config.corners
         known = next((k for k in [reference, *near] if k in self._confirmed), reference)
         shown = keyframes[known].features

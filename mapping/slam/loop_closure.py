@@ -53,7 +53,9 @@ class LoopClosure:
         config, keyframes = self._config, self._map
         near = keyframes.nearby(self._in_map(frame), but=frame.reference)
         for keyframe in near[: config.nearby_tries]:
-            expected = invert(keyframes.poses[keyframe]) @ self._in_map(frame)
+            # A loop that does not hold may have moved the keyframes.
+            T_map_cam = keyframes.poses[frame.reference] @ frame.T_reference_cam
+            expected = invert(keyframes.poses[keyframe]) @ T_map_cam
             if not keyframes.is_covered(expected):
                 continue
             matches = keyframes.matches(frame, {keyframe: (expected, config.closure_search)})
@@ -61,7 +63,10 @@ class LoopClosure:
                 if keyframes.is_due(keyframe, found.T_keyframe_cam, found):
                     continue
                 match = KeyframeMatch(keyframe, found)
-                if self._may_link(frame, found, expected) and self._closes(frame, match):
+                on_floor = None if frame.dead_reckoned is None else self._T_base_cam
+                if not may_link(found, expected, on_floor, config.gates):
+                    continue
+                if self._closes(frame, match):
                     return match
         return self._close_over(spans, frame) if spans else None
 
@@ -123,9 +128,9 @@ class LoopClosure:
         """
         config, keyframes = self._config, self._map
         T_map_cam = self._in_map(frame)
-        near = keyframes.nearby(T_map_cam, but=frame.reference)
-        recent = [keyframe for keyframe in near if keyframes.is_recent(keyframe)]
-        older = [keyframe for keyframe in near if not keyframes.is_recent(keyframe)]
+        near, newest = keyframes.nearby(T_map_cam, but=frame.reference), keyframes.recent()
+        recent = [keyframe for keyframe in near if keyframe in newest]
+        older = [keyframe for keyframe in near if keyframe not in newest]
         expected = {
             keyframe: (invert(keyframes.poses[keyframe]) @ T_map_cam, share)
             for some, share in (
@@ -135,17 +140,14 @@ class LoopClosure:
             for keyframe in some
         }
         links = {} if frame.measured is None else {frame.reference: frame.measured}
+        on_floor = None if frame.dead_reckoned is None else self._T_base_cam
         for keyframe, found in keyframes.matches(frame, expected, once=True).items():
-            if self._may_link(frame, found, expected[keyframe][0]):
+            if may_link(found, expected[keyframe][0], on_floor, config.gates):
                 links[keyframe] = found
         return links
 
     def _in_map(self, frame: Frame) -> SE3:
         return self._map.poses[frame.reference] @ frame.T_reference_cam
-
-    def _may_link(self, frame: Frame, found: RelativePose, expected: SE3) -> bool:
-        on_floor = None if frame.dead_reckoned is None else self._T_base_cam
-        return may_link(found, expected, on_floor, self._config.gates)
 
     def _closes(
         self,

@@ -248,7 +248,7 @@ class Slam:
 
     def _refer_to(self, frame: Frame, match: KeyframeMatch) -> Frame:
         keyframe, found = match.keyframe, match.pose
-        if keyframe == frame.reference and self._map.is_recent(keyframe):
+        if keyframe == frame.reference and keyframe in self._map.recent():
             return frame
         self._map.restart_dead_reckoning(keyframe, found, frame.dead_reckoned)
         return replace(frame, reference=keyframe, T_reference_cam=found.T_keyframe_cam)
@@ -298,13 +298,13 @@ class Slam:
 
     def _insert(self, frame: Frame) -> Frame:
         """Make a frame a keyframe."""
+        features = NO_FEATURES if self._is_blank(frame) else frame.features
         reference = self._map[frame.reference]
         self._dead_reckoning.learn(reference.dead_reckoned, frame.measured)
         links = self._loops.links(frame)
         for keyframe in links:
             if keyframe != frame.reference:
                 self._wheel_only.close_spans(keyframe)
-        features = NO_FEATURES if self._is_blank(frame) else frame.features
         new = self._map.insert(frame, features, links, self._wheel_only.since_reference)
         self._wheel_only.reset_reference()
         if not links:
