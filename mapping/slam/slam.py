@@ -118,28 +118,28 @@ class Slam:
         reference = int(keyframes.ids[0])
         self._last = replace(self._last, reference=reference, tracking=Tracking.LOST)
 
-    def track(self, image: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
-        """Estimate where an image was taken.
+    def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
+        """Estimate where `frame` was taken.
 
         Args:
-            image: Newer than any before.
+            frame: Newer than any before.
             T_odom_base: Dead reckoning by the wheels at that time; None without a base.
         """
         poses, last = self._map.poses, self._last
-        frame = self._see(image, T_odom_base)
+        seen = self._see(frame, T_odom_base)
         if not poses:
-            frame = replace(frame, reference=self._map.add_first(frame), measured=_ITSELF)
-            return self._estimate(frame, image.stamp, True)
+            first = replace(seen, reference=self._map.add_first(seen), measured=_ITSELF)
+            return self._estimate(first, frame.stamp, True)
         T_map_last = poses[last.reference] @ last.T_reference_cam
-        frame = self._locate(frame)
-        T_map_cam = self._map.poses[frame.reference] @ frame.T_reference_cam
-        regular = frame.tracking is Tracking.TRACKING
-        frame = replace(frame, T_last_cam=invert(T_map_last) @ T_map_cam if regular else np.eye(4))
-        if not self._is_due(frame):
-            return self._estimate(frame, image.stamp, False)
-        reused = self._reuse_keyframe(frame)
-        frame = self._insert(frame) if reused is None else reused
-        return self._estimate(frame, image.stamp, reused is None)
+        found = self._locate(seen)
+        T_map_cam = self._map.poses[found.reference] @ found.T_reference_cam
+        regular = found.tracking is Tracking.TRACKING
+        found = replace(found, T_last_cam=invert(T_map_last) @ T_map_cam if regular else np.eye(4))
+        if not self._is_due(found):
+            return self._estimate(found, frame.stamp, False)
+        reused = self._reuse_keyframe(found)
+        kept = self._insert(found) if reused is None else reused
+        return self._estimate(kept, frame.stamp, reused is None)
 
     def lift(self, stamp: float) -> PoseEstimate:
         """Note that the robot hangs in the air: it is lost until it recognises where it stands.
