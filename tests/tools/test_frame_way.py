@@ -5,18 +5,18 @@ from tests.tools.frame_way import counts, way_of, ways
 
 
 def call_through(files):
-    """Functions that call one another from file to file."""
+    """A function that others are called from, from file to file."""
     functions = {}
     for name in set(files):
         source = "def go(rest, functions):\n    rest and functions[rest[0]](rest[1:], functions)\n"
         exec(compile(source, str(ROOT / name), "exec"), space := {})
         functions[name] = space["go"]
-    functions[files[0]](files[1:], functions)
+    return lambda: functions[files[0]](files[1:], functions)
 
 
 def test_steps_are_changes_of_file_and_returns_lead_into_one_left_before():
     a, b, c, d = "mapping/a.py", "mapping/b.py", "nav/c.py", "vizbot/perception/d.py"
-    _, files = way_of(lambda: call_through([a, b, b, c, b, a, d, b]))
+    _, files = way_of(call_through([a, b, b, c, b, a, d, b]))
     assert files == [a, b, a, d, b]
     assert counts(files) == (4, 2)
 
