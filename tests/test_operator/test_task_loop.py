@@ -307,7 +307,7 @@ def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):
 
 def test_the_state_tells_what_a_person_wants_to_know(pipeline_on):
     robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["yellow chair"])}, last=30)
-    robot.session.base_state = lambda: robot.shared.state
+    robot.session.robot.base_state = lambda: robot.shared.state
     robot.run()
     state = state_of(robot.session)
     assert state["step"] == 29
@@ -325,7 +325,9 @@ class Verdicts:
         self.people = ThreadPoolExecutor(1)
 
     def say(self, session):
-        session.keep_verdict = lambda report, confirmed: self.kept.append((report.text, confirmed))
+        session.robot.keep_verdict = lambda report, confirmed: self.kept.append(
+            (report.text, confirmed)
+        )
         answer = self.people.submit(session.judge, confirmed=self.confirmed, who="ann")
         self.answers.append(answer)
         wait_for(lambda: len(session.jobs) or answer.done())
@@ -411,7 +413,7 @@ def test_what_the_robot_goes_up_to_and_is_not_it_is_left_within_the_same_search(
 
     def deny(session):
         seen.append(session.candidate)
-        session.keep_verdict_on_way = lambda *verdict: kept.append(verdict)
+        session.robot.keep_verdict_on_way = lambda *verdict: kept.append(verdict)
         number = session.candidate.number
         answer = people.submit(session.judge_candidate, number, confirmed=False, who="ann")
         answers.append(answer)

@@ -17,12 +17,13 @@ from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode, BaseState, Feedback, Tracking
 from vizbot.objectnav.tasks import Task
+from vizbot.operator.language import dialogue
 from vizbot.operator.language.command import GoTo, No, Stop, Yes
 from vizbot.operator.language.language import load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.voice import dialogue
+from vizbot.operator.voice import recordings
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
 
@@ -52,9 +53,9 @@ def hears(monkeypatch):
     """Makes the recogniser hear something."""
 
     def hear(heard):
-        monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_, **__: None)
-        monkeypatch.setattr(dialogue.Recogniser, "hear", lambda *_: heard)
-        monkeypatch.setattr(dialogue.Recogniser, "learn", lambda *_: None)
+        monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
+        monkeypatch.setattr(recordings.Recogniser, "hear", lambda *_: heard)
+        monkeypatch.setattr(recordings.Recogniser, "learn", lambda *_: None)
 
     return hear
 
@@ -166,7 +167,7 @@ def test_a_place_is_told_as_seen_from_the_robot(position, where):
 
 def test_the_battery_is_told_of_a_base_that_has_just_been_silent(http, session):
     state = BaseState(0.0, np.eye(4), True, False, (False,) * 4, (False, False), 0.5, BaseMode.SAFE)
-    session.battery_state = lambda: state
+    session.robot.battery_state = lambda: state
     assert say(http, "how full is the battery?")["said"] == ["my battery is at 50 %"]
 
 
@@ -191,7 +192,7 @@ def test_what_is_spoken_is_done(http, session, hears):
 
 def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, session, hears):
     shown = []
-    session.show = shown.append
+    session.robot.show = shown.append
     hears(Utterance("so far", GoTo(("so far",)), (ResolvedGoal("so far", "so far", "sofa"),)))
     answer = http.post("/heard", **sound()).json()
     assert answer["question"] == 'did you mean "sofa"?'
@@ -220,7 +221,7 @@ def test_what_was_said_before_a_stop_is_not_done_after_it(http, session, hears, 
         return Utterance("go to the sofa", GoTo(("sofa",)))
 
     hears(None)
-    monkeypatch.setattr(dialogue.Recogniser, "hear", hear)
+    monkeypatch.setattr(recordings.Recogniser, "hear", hear)
     answer = http.post("/heard", **sound())
     assert answer.json()["detail"] == "the robot was stopped meanwhile; ask again"
     session.begin_step()
@@ -248,9 +249,9 @@ def test_while_somebody_is_listened_to_no_other_recording_is_read(http, hears, m
         return Utterance("nice weather", None)
 
     hears(None)
-    monkeypatch.setattr(dialogue.Recogniser, "hear", hear)
-    monkeypatch.setattr(dialogue, "read_sound", lambda *given: read.append(given) or np.zeros(0))
-    monkeypatch.setattr(dialogue, "_PATIENCE", 0.01)
+    monkeypatch.setattr(recordings.Recogniser, "hear", hear)
+    monkeypatch.setattr(recordings, "read_sound", lambda *given: read.append(given) or np.zeros(0))
+    monkeypatch.setattr(recordings, "_PATIENCE", 0.01)
     first = threading.Thread(target=http.post, args=("/heard",), kwargs=sound())
     first.start()
     assert begun.wait(DEADLINE)
@@ -263,8 +264,8 @@ def test_while_somebody_is_listened_to_no_other_recording_is_read(http, hears, m
 def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, monkeypatch):
     loaded, learnt = [], []
     hears(Utterance("nice weather", None))
-    monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_, **__: loaded.append(True))
-    monkeypatch.setattr(dialogue.Recogniser, "learn", lambda _, words: learnt.append(words))
+    monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: loaded.append(True))
+    monkeypatch.setattr(recordings.Recogniser, "learn", lambda _, words: learnt.append(words))
     for _ in range(3):
         http.post("/heard", **sound())
     wait_for(lambda: len(learnt) == 3)
@@ -272,7 +273,7 @@ def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, mon
 
 
 def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
-    monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_, **__: None)
+    monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
     answer = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
     assert answer.status_code == 422
     assert "what was sent holds no sound" in answer.json()["detail"]
@@ -280,7 +281,7 @@ def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
     def missing(*_, **__):
         raise ConfigError("no speech model 'tiny.en'")
 
-    monkeypatch.setattr(dialogue.Recogniser, "__init__", missing)
+    monkeypatch.setattr(recordings.Recogniser, "__init__", missing)
     answer = http.post("/heard", **sound())
     assert (answer.status_code, answer.json()["detail"]) == (503, "no speech model 'tiny.en'")
 

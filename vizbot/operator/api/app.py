@@ -24,9 +24,10 @@ from vizbot.operator.api.sentence_routes import sentence_router
 from vizbot.operator.api.sockets import socket_router
 from vizbot.operator.api.state import state_of
 from vizbot.operator.api.task_routes import stop_router, task_router
+from vizbot.operator.language.dialogue import Dialogue
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.voice.dialogue import Dialogue
+from vizbot.operator.voice.recordings import Recordings
 
 _DESCRIPTION = """Ask the robot, watch it, drive it, stop it.
 
@@ -63,7 +64,8 @@ def build_app(
     session: OperatorSession,
     pictures: Pictures,
     live_map: LiveMap,
-    sentences: Dialogue,
+    dialogue: Dialogue,
+    recordings: Recordings,
     credentials: Credentials,
 ) -> FastAPI:
     """The application of one run.
@@ -72,7 +74,8 @@ def build_app(
         session: What people ask of the run.
         pictures: What the robot sees and knows.
         live_map: The maps of the robot.
-        sentences: What answers to sentences.
+        dialogue: Answers to sentences.
+        recordings: Answers to what is spoken.
         credentials: What clients must give.
     """
     # The pages that FastAPI offers fetch scripts from elsewhere, which would talk to the robot.
@@ -91,7 +94,7 @@ def build_app(
     for router in (
         _state_router(session, pictures),
         task_router(session),
-        sentence_router(sentences),
+        sentence_router(dialogue, recordings),
         map_router(live_map),
     ):
         app.include_router(

@@ -9,25 +9,24 @@ from typing import Any
 from fastapi import HTTPException, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
 
 from vizbot.core.errors import ConfigError, MapError, VizbotError
 from vizbot.core.settings import causes
+from vizbot.operator.api.answers import Answer
 
 
-class Refusal(BaseModel):
+class Refusal(Answer):
     """Why a request was refused."""
-
-    model_config = ConfigDict(use_attribute_docstrings=True)
 
     detail: str
     """The reason, in one line."""
 
 
-class InvalidField(BaseModel):
+class InvalidField(Answer):
     """A part of a request that does not fit."""
 
-    model_config = ConfigDict(use_attribute_docstrings=True, extra="allow")
+    model_config = ConfigDict(extra="allow")
 
     type: str
     """What kind of error it is, as pydantic names it."""
@@ -37,10 +36,8 @@ class InvalidField(BaseModel):
     """The reason, in one line."""
 
 
-class InvalidRequest(BaseModel):
+class InvalidRequest(Answer):
     """Why a request does not fit what it is documented to be."""
-
-    model_config = ConfigDict(use_attribute_docstrings=True)
 
     detail: str | list[InvalidField]
     """The reason in one line, or every part that does not fit."""

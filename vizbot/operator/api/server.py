@@ -28,10 +28,11 @@ from vizbot.operator.api.listener import open_listener, reached_host, require_ce
 from vizbot.operator.api.origin import is_loopback
 from vizbot.operator.api.proof import Credentials
 from vizbot.operator.client.endpoint import Service
+from vizbot.operator.language.dialogue import Dialogue
 from vizbot.operator.language.language import load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.voice.dialogue import Dialogue
+from vizbot.operator.voice.recordings import Recordings
 
 logger = logging.getLogger(__name__)
 
@@ -83,9 +84,10 @@ class Server:
             live_map = LiveMap(session)
             cleanup.callback(live_map.close)
             language = load_language(service.language)
-            sentences = Dialogue(session, live_map, service.speech, language)
+            dialogue = Dialogue(session, live_map, language)
+            recordings = Recordings(session, live_map, dialogue, service.speech, language)
             credentials = Credentials(self.token)
-            app = build_app(session, Pictures(session), live_map, sentences, credentials)
+            app = build_app(session, Pictures(session), live_map, dialogue, recordings, credentials)
             answering = [
                 cleanup.enter_context(_Answering(Guard(each, credentials), service))
                 for each in (build_stop_app(session), app)

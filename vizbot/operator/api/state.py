@@ -13,11 +13,10 @@ from vizbot.core.observer import Effort, Step
 from vizbot.core.types import BaseState
 from vizbot.operator.client.base_json import base_report
 from vizbot.operator.figures.panels import LARGE, MapView
-from vizbot.operator.session.approached_candidate import ApproachedCandidate
-from vizbot.operator.session.arrival import Arrival
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.session_log import LogEntry
 from vizbot.operator.session.task_queue import QueuedTask
+from vizbot.operator.session.verdicts import ApproachedCandidate, Arrival
 from vizbot.operator.teleop.status_line import contacts
 
 _MAX_AGE = 0.15
@@ -55,12 +54,12 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "wheel": session.lease.holder,
         "goals": [_task(task) for task in session.queue.tasks()],
         "steps_per_second": round(session.step_rate(), 1),
-        "base": _base(session.base_state()),
+        "base": _base(session.robot.base_state()),
         "arrival": _arrival(session.arrival),
         "candidate": _candidate(session.candidate),
         "question": None if session.question is None else session.question.text,
         "log": [_line(line) for line in session.log.lines()],
-        "run": None if session.folder is None else str(session.folder.absolute()),
+        "run": None if session.robot.folder is None else str(session.robot.folder.absolute()),
     }
     step, scored = session.newest_step(), session.scored_step()
     if step is None:

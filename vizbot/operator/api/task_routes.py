@@ -130,7 +130,7 @@ def task_router(session: OperatorSession) -> APIRouter:
     @router.post("/doubt", summary="Show a question", responses=_BODY)
     def doubt(request: DoubtRequest) -> DoubtShown:
         """Show people, in the log and by the base's song, that a question waits for an answer."""
-        session.show(Feedback.DOUBT)
+        session.robot.show(Feedback.DOUBT)
         session.log.write("doubt", request.question)
         return DoubtShown()
 
@@ -149,7 +149,7 @@ def task_router(session: OperatorSession) -> APIRouter:
 
         The base's mode in the state shows whether it does.
         """
-        session.resume_base()
+        session.robot.resume_base()
         session.log.write("resume", "somebody asked the base to obey again")
         return RequestTaken()
 

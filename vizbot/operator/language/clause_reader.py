@@ -38,6 +38,7 @@ from vizbot.operator.language.step_splitter import (
     MOST_STEPS,
     SentenceStep,
     StepSplitter,
+    by_word,
     either,
     tidy,
 )
@@ -80,7 +81,7 @@ class ClauseReader:
             ValueError: a pattern of it is none.
         """
         remarks = language["remarks"]
-        verbs = either({*language["imperatives"].values()})
+        verbs = either(language["imperatives"])
         marker, pause = maker.part("corrections"), maker.part("pauses")
         contrast = maker.part("contrasts")
         self._splitter, self._reader = splitter, reader
@@ -99,7 +100,7 @@ class ClauseReader:
         self._around = maker.rules({"around": remarks["around"]})
         self._denials = maker.rules({"denial": remarks["denials"]})
         self._condition = re.compile(rf"(?:{either(language['words']['conditions'])})\b")
-        self._amount = re.compile(rf"\d|\b(?:{either(language['units'])})\b")
+        self._amount = re.compile(rf"\d|\b(?:{either(by_word(language['units']))})\b")
         self._retracts = re.compile(rf"\b(?:{either(remarks['retracts'])})\b")
         self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
         requests = rf"{maker.part('requests')}(?= |$)"

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -73,6 +73,23 @@ _REPEATED = re.compile(r"(\W|[^\W\d_])\1{2,}")
 
 class SentenceTooLongError(ConfigError):
     """A line is longer than any sentence that is read."""
+
+
+@dataclass(frozen=True, slots=True)
+class TypedLine:
+    """What a typed line says.
+
+    Attributes:
+        command: The command in it; None if there is none.
+        literals: Its parts in quotes, which are taken literally.
+        at_once: Whether it says that the running task must give way: "right now", "instead".
+        alone: Whether its goals stand without a command around them.
+    """
+
+    command: Command | None
+    literals: tuple[str, ...]
+    at_once: bool
+    alone: bool
 
 
 class Grammar:
@@ -135,8 +152,8 @@ class Grammar:
         line = normal_text(line)
         return _readable(self._or_stop(self._parse(line, (), False), line, ()), unread)
 
-    def typed(self, line: str) -> Command | None:
-        """The command in a line that was typed to the robot; None if there is none.
+    def read(self, line: str) -> TypedLine:
+        """What a line says that was typed to the robot.
 
         A thing that stands alone is a goal, in the very words that were typed. Words in quotes are
         taken literally.
@@ -145,7 +162,26 @@ class Grammar:
             SentenceTooLongError: the line is longer than `MOST_WORDS` or `MOST_LETTERS`.
         """
         marked, literals, unread = self._without_literals(line)
-        return _readable(self._typed(marked, literals, quoted=bool(_QUOTE.search(line))), unread)
+        quoted, kept = bool(_QUOTE.search(line)), tuple(literals)
+        asked = self._parse(marked, kept, False)
+        command = asked
+        if not self._is_plain(asked, literals):
+            bare = self._parse(marked, kept, True)
+            command = bare if self._is_plain(bare, literals) or asked is None else asked
+            command = self._or_stop(command, marked, literals)
+            whole = self._goals.without_article(tidy(plain(marked)).replace(",", ""))
+            if command == GoTo((whole,)) and not quoted:
+                command = GoTo((marked.strip(" .,;:!?"),))
+        return TypedLine(
+            _readable(command, unread),
+            kept,
+            at_once=self._gives_way(marked),
+            alone=(self.heard(line) if quoted else self._or_stop(asked, marked, kept)) is None,
+        )
+
+    def typed(self, line: str) -> Command | None:
+        """The command in a typed line, as `read` has it; None if there is none."""
+        return self.read(line).command
 
     def is_stop(self, line: str) -> bool:
         """Whether a line is a stop of a few words: that is told without reading a long one."""
@@ -154,19 +190,6 @@ class Grammar:
             return False
         said = _REPEATED.sub(r"\1", " ".join(words))
         return len(said) <= _STOP_LETTERS and isinstance(self.typed(said), Stop)
-
-    def _typed(self, marked: str, literals: Sequence[str], *, quoted: bool) -> Command | None:
-        """The command in a line in which marks stand for its literals."""
-        command = self._parse(marked, tuple(literals), False)
-        if self._is_plain(command, literals):
-            return command
-        with_bare = self._parse(marked, tuple(literals), True)
-        command = with_bare if self._is_plain(with_bare, literals) or command is None else command
-        command = self._or_stop(command, marked, literals)
-        whole = self._goals.without_article(tidy(plain(marked)).replace(",", ""))
-        if command == GoTo((whole,)) and not quoted:
-            return GoTo((marked.strip(" .,;:!?"),))
-        return command
 
     def forget(self) -> None:
         """Forget what was read before, as where reading is timed."""
@@ -211,11 +234,12 @@ class Grammar:
 
     def is_urgent(self, line: str) -> bool:
         """Whether a line says that the running task must give way: "right now", "instead"."""
-        line, *_ = self._without_literals(line)
-        steps = self._splitter.steps(self._splitter.polished(line))
-        return self._splitter.is_at_once(line) or any(
-            self._now.search(step.around) for step in steps
-        )
+        return self._gives_way(self._without_literals(line)[0])
+
+    def _gives_way(self, marked: str) -> bool:
+        steps = self._splitter.steps(self._splitter.polished(marked))
+        at_once = self._splitter.is_at_once(marked)
+        return at_once or any(self._now.search(step.around) for step in steps)
 
     def without_article(self, goal: str) -> str:
         """A goal without the articles before it."""

@@ -34,10 +34,10 @@ from vizbot.operator.language.command import (
 )
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.language.lexicon import singulars
-from vizbot.operator.session.approached_candidate import ApproachedCandidate
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_queue import QueuedTask
+from vizbot.operator.session.verdicts import ApproachedCandidate
 
 _CHARGES = (Charging.RECONDITIONING, Charging.FULL_CHARGING, Charging.TRICKLE)
 _COMMANDS: Mapping[Task, Mission] = {
@@ -236,7 +236,7 @@ class Dispatcher:
                 return self._task()
 
     def _battery(self) -> str:
-        state = self._session.battery_state()
+        state = self._session.robot.battery_state()
         if state is None or state.battery is None:
             return self._language.say("battery_unknown")
         charges = state.charging in _CHARGES

@@ -15,8 +15,8 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.observer import CLAUSE_JOINT
 from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.lexicon import Lexicon, english_lexicon, translating_lexicon
+from vizbot.operator.language.phrase_grammar import Phrasing
 from vizbot.operator.language.step_splitter import either
-from vizbot.operator.voice.phrase_grammar import Phrasing
 
 _OF_ENCODERS = "en"
 """The language that encoders know."""

@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from vizbot.operator.language.notation import Pattern, read_pattern
+from vizbot.operator.language.step_splitter import by_word
 
 _KEPT = 4096
 """First words whose rules are kept."""
@@ -70,9 +71,8 @@ class RuleMaker:
         Raises:
             KeyError: it lacks something.
         """
-        numbers, units = language["numbers"], language["units"]
-        self._numbers = {word.casefold(): float(value) for word, value in numbers.items()}
-        self._units = {word.casefold(): float(value) for word, value in units.items()}
+        self._numbers = {word: float(n) for word, n in by_word(language["numbers"]).items()}
+        self._units = {word: float(n) for word, n in by_word(language["units"]).items()}
         self._parts = {**language["parts"], "going": language["going"]["ways"]}
 
     def rules(self, patterns: Mapping[str, Sequence[str]]) -> tuple[SentenceRule, ...]:

@@ -68,11 +68,9 @@ class StepSplitter:
         self._righted = lru_cache(_KEPT)(self._right)
         words = language["words"]
         self._and, self._then = words["and"][0], words["then"][0]
-        self._forms = {
-            word.casefold(): other
-            for word, other in (*language["spellings"].items(), *language["imperatives"].items())
-        }
-        spellings, imperatives = either(language["spellings"]), either(language["imperatives"])
+        spelt, verbal_forms = by_word(language["spellings"]), by_word(language["imperatives"])
+        self._forms = {**spelt, **verbal_forms}
+        spellings, imperatives = either(spelt), either(verbal_forms)
         self._function_words = tuple(words["function_words"])
         self._no_slips = {*self._function_words, *words["no_slips"]}
         self._misspelt = re.compile(rf"(?<![\w'-])(?:{spellings})(?![\w'-])")
@@ -82,10 +80,10 @@ class StepSplitter:
         self._contracted = re.compile(
             rf"(?:(?P<noun>(?:^|, ){noun})s|(?<=\w)'s)(?= (?:{either(words['after_is'])})\b)"
         )
-        units = either(language["units"])
+        units = either(by_word(language["units"]))
         self._glued_unit = re.compile(rf"\b(\d+(?:[.,]\d+)?)({units})\b")
         self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
-        verbs = either({*language["imperatives"].values()})
+        verbs = either(language["imperatives"])
         within = "".join(rf"(?<!\b{re.escape(word)} )" for word in words["before_please"])
         please = either(words["please"])
         self._please = re.compile(rf"{within}\b(?:{please}) (?=(?:{verbs})\b)")
@@ -96,11 +94,7 @@ class StepSplitter:
         self._stutter = re.compile(rf"\b({verbs}|{twice}|[^\W\d_]{{5,}})(?:,? \1\b)++")
         self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
         self._opening = re.compile(rf"^(?:{_courtesy(words)}|{part('openings')})(?= |$)")
-        self._synonyms = {
-            word.casefold(): verb
-            for verb, them in language["synonyms"].items()
-            for word in them.split("|")
-        }
+        self._synonyms = by_word(language["synonyms"])
         self._synonym = re.compile(rf"^(?:{either(self._synonyms)})(?= |$)")
         subjects = either(language["remarks"]["subjects"])
         self._emphatic = re.compile(
@@ -302,6 +296,11 @@ def either(words: Iterable[str]) -> str:
     """A regular expression for one of these, the longest first; it reads nothing without any."""
     ordered = sorted((word.casefold() for word in words), key=len, reverse=True)
     return "|".join(map(re.escape, ordered)) or "(?!)"
+
+
+def by_word(table: Mapping[str, str]) -> dict[str, str]:
+    """What each word of a table stands for: `could = "cud|cld"` has two words for "could"."""
+    return {word.casefold(): other for other, words in table.items() for word in words.split("|")}
 
 
 def plain(line: str) -> str:

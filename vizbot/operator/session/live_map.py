@@ -62,8 +62,8 @@ class LiveMap:
         self._saving = threading.Lock()
         self._used: MapUse | None = None
         self._unsaved: int | None = None  # map of the run that somebody was told cannot be saved
-        if session.begun_in is not None:
-            self._use(self.saved.name_of(session.begun_in))
+        if session.robot.begun_in is not None:
+            self._use(self.saved.name_of(session.robot.begun_in))
 
     def places(self, text: str) -> Answer:
         """Look up where on the map a text is found.

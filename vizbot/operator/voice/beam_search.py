@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.operator.voice.phrase_grammar import Phrasing, Sentence, Stage
+from vizbot.operator.language.phrase_grammar import Phrasing, Sentence, Stage
 
 if TYPE_CHECKING:
     from ctranslate2.models import Whisper

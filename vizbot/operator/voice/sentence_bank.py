@@ -14,8 +14,8 @@ from math import prod
 
 from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.notation import SLOTS, Pattern
+from vizbot.operator.language.phrase_grammar import Phrasing
 from vizbot.operator.voice.likeness import NEAR, nearness, plain_words, similarity, sounds
-from vizbot.operator.voice.phrase_grammar import Phrasing
 
 _MOST = 400
 """Sentences of each pattern: all that it makes, or as many that are drawn."""
