@@ -10,7 +10,6 @@ from vizbot.core.observer import Outcome
 from vizbot.core.place_scores import Measure
 from vizbot.core.types import Charging, Tracking
 
-
 Point = tuple[float, float]
 """x, y in `map` [m]."""
 Position = tuple[float, float, float]

@@ -16,9 +16,8 @@ from vizbot import __version__
 from vizbot.operator.api.answers import RobotState
 from vizbot.operator.api.console_routes import console_router
 from vizbot.operator.api.errors import ANYWHERE, error_responses, http_errors, refuse_invalid
-from vizbot.operator.api.image_stream import NAMES, Pictures
+from vizbot.operator.api.image_stream import NAMES, Pictures, picture_answer, picture_response
 from vizbot.operator.api.map_routes import map_router
-from vizbot.operator.api.picture_answers import picture_answer, picture_response
 from vizbot.operator.api.proof import Credentials, proof_router
 from vizbot.operator.api.sentence_routes import sentence_router
 from vizbot.operator.api.sockets import socket_router

@@ -1,4 +1,4 @@
-"""JPEGs of what the robot sees and knows, drawn once for everybody who watches."""
+"""JPEGs of what the robot sees and knows, drawn once for everybody who watches, and as answers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
+
+from fastapi import Response
 
 from vizbot.core.observer import Step
 from vizbot.operator.figures.image_encoding import jpeg
@@ -66,3 +69,14 @@ class Pictures:
         return replace(
             step, scores=scored.scores, measure=scored.measure, threshold=scored.threshold
         )
+
+
+def picture_answer(jpeg: bytes) -> Response:
+    """An answer that no browser keeps: the next one may be another."""
+    return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "no-store"})
+
+
+def picture_response(description: str) -> dict[str, Any]:
+    """Document a picture as FastAPI takes it."""
+    schema = {"schema": {"type": "string", "format": "binary"}}
+    return {"description": description, "content": {"image/jpeg": schema}}

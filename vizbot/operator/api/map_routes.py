@@ -23,7 +23,7 @@ from vizbot.operator.api.answers import (
     ZonesAnswer,
 )
 from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
-from vizbot.operator.api.picture_answers import picture_answer, picture_response
+from vizbot.operator.api.image_stream import picture_answer, picture_response
 from vizbot.operator.api.requests import (
     RenameMapRequest,
     SaveMapRequest,

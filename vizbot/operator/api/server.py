@@ -20,12 +20,15 @@ from vizbot.core.program.interpreter import interpreter_command
 from vizbot.operator.api.app import build_app, build_stop_app
 from vizbot.operator.api.auth import App, Guard, own_token, store_token
 from vizbot.operator.api.connections import acceptor
-from vizbot.operator.api.connections.bounded_http import LONGEST_LINE, BoundedHttp
-from vizbot.operator.api.connections.bounded_websocket import BoundedWebSocket
+from vizbot.operator.api.connections.bounded_protocols import (
+    LONGEST_LINE,
+    BoundedHttp,
+    BoundedWebSocket,
+)
 from vizbot.operator.api.connections.connection_limits import BoundedListener
+from vizbot.operator.api.connections.head import is_loopback
 from vizbot.operator.api.image_stream import Pictures
 from vizbot.operator.api.listener import open_listener, reached_host, require_certificate
-from vizbot.operator.api.origin import is_loopback
 from vizbot.operator.api.proof import Credentials
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.language.dialogue import Dialogue

@@ -47,9 +47,8 @@ from vizbot.operator.language.command import (
 )
 from vizbot.operator.language.goal_reader import GoalReader, literal_mark, without_marks
 from vizbot.operator.language.numeral import digits_of
-from vizbot.operator.language.sentence_kinds import ALONE
+from vizbot.operator.language.sentence_kinds import ALONE, SentenceWriter
 from vizbot.operator.language.sentence_rules import RuleMaker, readings
-from vizbot.operator.language.sentence_writer import SentenceWriter
 from vizbot.operator.language.step_reader import StepReader
 from vizbot.operator.language.step_splitter import (
     SentenceStep,
@@ -106,7 +105,7 @@ class Grammar:
         is_name: Callable[[str], bool],
         knows: Callable[[str], bool],
     ) -> None:
-        """Take over a language; `StepReader` says more of its arguments.
+        """Take over a language.
 
         Args:
             language: As its file has it.
@@ -114,7 +113,7 @@ class Grammar:
             knows: Whether the robot knows every word of a goal.
 
         Raises:
-            KeyError: it lacks something.
+            KeyError: the language lacks something.
             ValueError: a pattern of it is none.
         """
         words = language["words"]

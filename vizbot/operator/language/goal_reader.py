@@ -38,7 +38,8 @@ class GoalReader:
     """Reads the goals of one language.
 
     Attributes:
-        is_name: Whether words are the name of a thing or room, and nothing besides.
+        is_name: Whether words are the name of a thing or room, and nothing besides: "plant" and
+            "water cooler" are, which begin like something that no robot can do.
         knows: Whether the robot knows every word of a goal.
     """
 
@@ -50,19 +51,6 @@ class GoalReader:
         is_name: Callable[[str], bool],
         knows: Callable[[str], bool],
     ) -> None:
-        """Take over a language.
-
-        Args:
-            language: As its file has it.
-            part: Makes the regular expression of a part of its patterns, by the part's name.
-            wording: Of the same language.
-            is_name: Whether words are the name of a thing or room: "plant" and "water cooler" are,
-                which begin like something that no robot can do.
-            knows: Whether the robot knows every word of a goal.
-
-        Raises:
-            KeyError: it lacks something.
-        """
         words = language["words"]
         self._before_tails = lru_cache(_KEPT)(self._before_tail)  # many rules read the same goal
         self.is_name, self.knows = is_name, knows

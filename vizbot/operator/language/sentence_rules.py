@@ -66,11 +66,6 @@ class RuleMaker:
     """Makes the rules of one language, and reads the numbers in what they have read."""
 
     def __init__(self, language: Mapping[str, Any]) -> None:
-        """Take over a language, as its file has it.
-
-        Raises:
-            KeyError: it lacks something.
-        """
         self._numbers = {word: float(n) for word, n in by_word(language["numbers"]).items()}
         self._units = {word: float(n) for word, n in by_word(language["units"]).items()}
         self._parts = {**language["parts"], "going": language["going"]["ways"]}

@@ -44,18 +44,6 @@ class StepReader:
     def __init__(
         self, language: Mapping[str, Any], maker: RuleMaker, wording: Wording, goals: GoalReader
     ) -> None:
-        """Take over a language.
-
-        Args:
-            language: As its file has it.
-            maker: Of its rules.
-            wording: Of the same language.
-            goals: Reads its goals.
-
-        Raises:
-            KeyError: it lacks something.
-            ValueError: a pattern of it is none.
-        """
         cannot = language["cannot"]
         able = f"({cannot['verbs']}) [{{rest}}]"
         self._maker, self._wording, self._goals = maker, wording, goals

@@ -53,15 +53,7 @@ class StepSplitter:
     """Cuts the lines of one language into steps."""
 
     def __init__(self, language: Mapping[str, Any], part: Callable[[str], str]) -> None:
-        """Take over a language.
-
-        Args:
-            language: As its file has it.
-            part: Makes the regular expression of a part of its patterns, by the part's name.
-
-        Raises:
-            KeyError: it lacks something.
-        """
+        """Take over a language; `part` makes the regular expression of a part of its patterns."""
         # A sentence's clauses are cut over and over, and it is polished for each way to read it.
         self._steps = lru_cache(_KEPT)(self._cut)
         self._polish = lru_cache(_KEPT)(self._polished)

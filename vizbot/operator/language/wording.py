@@ -13,11 +13,6 @@ class Wording:
     """Tells the kinds of words of one language."""
 
     def __init__(self, language: Mapping[str, Any]) -> None:
-        """Take over a language, as its file has it.
-
-        Raises:
-            KeyError: it lacks something.
-        """
         words, remarks, cannot = language["words"], language["remarks"], language["cannot"]
         verbs = either(language["imperatives"])
         idle = f"{either(words['idle'])}|{words['adverb']}"

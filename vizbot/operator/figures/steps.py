@@ -1,8 +1,9 @@
-"""Which steps of a robot at rest are worth a picture: a day of equal pictures fills a disk."""
+"""The steps of a run: which are worth a picture, and how fast they follow each other."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 
@@ -51,3 +52,30 @@ def _has_moved(shown: Step, step: Step) -> bool:
     T_shown_base = invert(shown.T_map_base) @ step.T_map_base
     moved = float(np.linalg.norm(T_shown_base[:3, 3]))
     return moved >= _MOVED or rotation_angle(T_shown_base) >= _TURNED
+
+
+_WINDOW = 5.0
+"""The rate is the mean of the last so many seconds [s]."""
+
+
+class StepRate:
+    """Steps per second over the last five seconds, or since the last step but one."""
+
+    def __init__(self) -> None:
+        self._stamps: deque[float] = deque()
+
+    def add(self, stamp: float) -> None:
+        """Count a step.
+
+        Args:
+            stamp: When it was; later than all before [s].
+        """
+        self._stamps.append(stamp)
+        while stamp - self._stamps[0] > _WINDOW and len(self._stamps) > 2:
+            self._stamps.popleft()
+
+    def rate(self, now: float) -> float | None:
+        """Steps per second until `now` [s]; None before the second step [1/s]."""
+        if len(self._stamps) < 2 or now <= self._stamps[0]:
+            return None
+        return (len(self._stamps) - 1) / (now - self._stamps[0])
