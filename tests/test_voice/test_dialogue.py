@@ -31,6 +31,10 @@ def nowhere(live_map, text):
     return Answer(text, Outcome.NOT_FOUND, 0.3, ())
 
 
+def dialogue_in(code, session):
+    return dialogue.Dialogue(session, LiveMap(session), load_language(code))
+
+
 def at(x, y):
     return Answer("sofa", Outcome.LOCATED, 0.3, (FoundPlace((x, y, 0.4), 0.5, 3, ()),))
 
@@ -347,8 +351,7 @@ def refuted(session):
 )  # fmt: skip
 def test_no_after_an_arrival_has_the_robot_search_on(session, refuted, code, text):
     number = arrived(session)
-    language = load_language(code)
-    reply = dialogue.Dialogue(session, LiveMap(session), language=language).typed(text, "ann")
+    language, reply = load_language(code), dialogue_in(code, session).typed(text, "ann")
     assert reply.numbers == (number + 1,) and refuted == [True]
     assert reply.said == (language.say("searching_on", goal=language.lexicon.own("sofa")),)
     assert session.arrival.confirmed is False
@@ -361,8 +364,7 @@ def test_no_after_an_arrival_has_the_robot_search_on(session, refuted, code, tex
 )  # fmt: skip
 def test_yes_after_an_arrival_confirms_it(session, refuted, code, text):
     arrived(session)
-    language = load_language(code)
-    answers = dialogue.Dialogue(session, LiveMap(session), language=language)
+    language, answers = load_language(code), dialogue_in(code, session)
     assert answers.typed(text, "ann").said == (language.say("confirmed"),)
     assert session.arrival.confirmed is True and refuted == []
     assert answers.typed(text, "ann").said == (language.say("nothing_asked"),)
@@ -370,8 +372,7 @@ def test_yes_after_an_arrival_confirms_it(session, refuted, code, text):
 
 @pytest.mark.parametrize("code", ["en", "de"])
 def test_yes_and_no_answer_whether_to_go_to_what_the_robot_sees(session, refuted, code):
-    language = load_language(code)
-    answers = dialogue.Dialogue(session, LiveMap(session), language=language)
+    language, answers = load_language(code), dialogue_in(code, session)
     yes, no = ("yes", "no") if code == "en" else ("ja", "nein")
     session.on_step(replace(standing(0), candidate_xy=np.array([2.0, 1.0])))
     assert answers.typed(yes, "ann").said == (language.say("going_there", goal="sofa"),)
@@ -383,7 +384,7 @@ def test_yes_and_no_answer_whether_to_go_to_what_the_robot_sees(session, refuted
 
 def test_a_question_that_was_asked_back_is_answered_before_the_arrival(session, refuted):
     arrived(session)
-    answers = dialogue.Dialogue(session, LiveMap(session))
+    answers = dialogue_in("en", session)
     for answer, said in (
         ("no", "then not: nothing was set off"),
         ("yes", "asked for: go to kitchen"),
@@ -395,7 +396,7 @@ def test_a_question_that_was_asked_back_is_answered_before_the_arrival(session, 
 
 def test_a_question_with_no_way_to_say_yes_is_answered_before_the_arrival(session, refuted):
     arrived(session)
-    answers = dialogue.Dialogue(session, LiveMap(session))
+    answers = dialogue_in("en", session)
     answers._doubts["ann"] = dialogue._Doubt(None, False, np.inf)
     assert answers.typed("no", "ann").said == ("then not: nothing was set off",)
     assert session.awaits_verdict and refuted == []
@@ -421,7 +422,7 @@ def test_a_spoken_no_has_the_robot_search_on(http, session, hears, refuted):
 def test_a_no_to_nothing_tells_what_goes_on_in_the_words_of_the_language(
     session, code, text, answer
 ):
-    answers = dialogue.Dialogue(session, LiveMap(session), language=load_language(code))
+    answers = dialogue_in(code, session)
     session.ask(["kitchen", Task.COME_BACK])
     session.on_step(replace(standing(0), activity="looking closer"))
     assert answers.typed(text, "ann").said == (answer,)
@@ -438,7 +439,7 @@ def test_a_no_to_nothing_tells_what_goes_on_in_the_words_of_the_language(
 def test_a_lost_robot_says_that_it_looks_for_its_place_only_while_it_does(
     session, code, text, idle, looking, doing
 ):
-    answers = dialogue.Dialogue(session, LiveMap(session), language=load_language(code))
+    answers = dialogue_in(code, session)
     lost = replace(standing(0).estimate, tracking=Tracking.LOST)
     session.on_step(replace(standing(0), estimate=lost, activity="lost, looking around"))
     assert idle in answers.typed(text, "ann").said[0]
@@ -452,7 +453,7 @@ def test_a_lost_robot_says_that_it_looks_for_its_place_only_while_it_does(
 
 
 def test_a_no_to_nothing_while_nothing_runs_sets_nothing_off(session):
-    said = dialogue.Dialogue(session, LiveMap(session)).typed("no", "ann").said
+    said = dialogue_in("en", session).typed("no", "ann").said
     assert said == ("then not: nothing was set off",)
 
 
@@ -466,7 +467,7 @@ def test_a_no_to_nothing_while_nothing_runs_sets_nothing_off(session):
 def test_what_is_called_off_and_what_is_asked_for_instead_are_one_line(
     session, code, before, text, said
 ):
-    answers = dialogue.Dialogue(session, LiveMap(session), language=load_language(code))
+    answers = dialogue_in(code, session)
     answers.typed(before, "ann")
     assert answers.typed(text, "ann").said[:2] == said
     to_do = [task.request for task in session.queue.tasks() if task.outcome is None]
@@ -483,19 +484,14 @@ def test_a_word_that_tells_no_thing_from_another_is_left_out_and_said(
     session, monkeypatch, code, text, word
 ):
     monkeypatch.setattr(LiveMap, "places", nowhere)
-    language = load_language(code)
-    said = dialogue.Dialogue(session, LiveMap(session), language=language).typed(text, "ann").said
+    language, said = load_language(code), dialogue_in(code, session).typed(text, "ann").said
     assert language.lexicon.own("chair") in said[0] and word not in said[0]
     assert language.say("unread", word=word) in said
 
 
-def said(http, text):
-    return http.post("/said", json={"text": text, "who": "ann"})
-
-
 @pytest.mark.parametrize("text", ["next " * 795, "x" * 601, "sofa and " * 61])
 def test_a_sentence_that_is_too_long_is_refused_in_one_line(http, text):
-    refused = said(http, text)
+    refused = http.post("/said", json={"text": text})
     assert refused.status_code == 422
     assert "say it in 120 words and 600 characters" in refused.json()["detail"]
 
@@ -505,7 +501,7 @@ def test_a_sentence_that_is_too_long_is_refused_in_one_line(http, text):
 )
 def test_a_stop_is_read_before_the_limit_and_before_all_that_wait(session, monkeypatch, text):
     begun, go_on = threading.Event(), threading.Event()
-    sentences = dialogue.Dialogue(session, LiveMap(session))
+    sentences = dialogue_in("en", session)
 
     def slow(*_, **__):
         begun.set()
@@ -532,10 +528,23 @@ def test_a_stop_is_read_before_the_limit_and_before_all_that_wait(session, monke
         reader.join()
 
 
+@pytest.mark.parametrize("text", ["go to the sofa and then come back", "the study instead, please"])
+def test_a_typed_sentence_is_parsed_once(session, monkeypatch, text):
+    parsed, grammar = [], load_language("en").grammar
+
+    def parse(*given):
+        parsed.append(given)
+        return grammar._parsed(*given)
+
+    monkeypatch.setattr(grammar, "_parse", parse)
+    assert dialogue_in("en", session).typed(text, "ann").numbers
+    assert parsed and len(parsed) == len({*parsed})
+
+
 def test_a_sentence_that_finds_no_place_to_wait_is_answered_with_429(http, monkeypatch):
     def full(*_, **__):
         raise dialogue.QueueFullError("2 sentences wait already; say it again in a moment")
 
     monkeypatch.setattr(dialogue.Dialogue, "_read", full)
-    assert said(http, "go to the sofa").status_code == 429
-    assert said(http, "stop").status_code == 200
+    assert http.post("/said", json={"text": "go to the sofa"}).status_code == 429
+    assert http.post("/said", json={"text": "stop"}).status_code == 200

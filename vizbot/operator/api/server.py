@@ -11,7 +11,7 @@ import socket
 import subprocess
 import threading
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from typing import Self
 
 import uvicorn
@@ -92,7 +92,7 @@ class Server:
             credentials = Credentials(self.token)
             app = build_app(session, Pictures(session), live_map, dialogue, recordings, credentials)
             answering = [
-                cleanup.enter_context(_Answering(Guard(each, credentials), service))
+                cleanup.enter_context(closing(_Answering(Guard(each, credentials), service)))
                 for each in (build_stop_app(session), app)
             ]
             if self.token is not None and is_new:
@@ -102,7 +102,7 @@ class Server:
             channels = [each.channel for each in answering]
             flags = ["encrypted"] if service.certificate is not None else []
             flags += ["here-alone"] if self.token is None else []
-            cleanup.enter_context(_Acceptor([listener, *channels], flags))
+            cleanup.enter_context(closing(_Acceptor([listener, *channels], flags)))
             self._cleanup = cleanup.pop_all()
 
     def close(self) -> None:
@@ -164,12 +164,6 @@ class _Answering:
         self._listener.close()
         self.channel.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
-
 
 class _Acceptor:
     """The acceptor's process, which is started again where it has ended."""
@@ -204,12 +198,6 @@ class _Acceptor:
         self._closed.set()
         self._process.terminate()
         self._watcher.join(timeout=_CLOSE_TIMEOUT)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
 
 def _url(service: Service, host: str, port: int) -> str:

@@ -50,13 +50,19 @@ class SentenceStep:
 
 
 class StepSplitter:
-    """Cuts the lines of one language into steps."""
+    """Cuts the lines of one language into steps.
+
+    Attributes:
+        polished: The line, as it was said or typed, in plain words, with a comma wherever a
+            sentence has a pause; with `asking`, "please" before an order makes a pause, too.
+        steps: The steps of a polished line; none where it has too many of them.
+    """
 
     def __init__(self, language: Mapping[str, Any], part: Callable[[str], str]) -> None:
         """Take over a language; `part` makes the regular expression of a part of its patterns."""
         # A sentence's clauses are cut over and over, and it is polished for each way to read it.
-        self._steps = lru_cache(_KEPT)(self._cut)
-        self._polish = lru_cache(_KEPT)(self._polished)
+        self.steps = lru_cache(_KEPT)(self._cut)
+        self.polished = lru_cache(_KEPT)(self._polished)
         self._righted = lru_cache(_KEPT)(self._right)
         words = language["words"]
         self._and, self._then = words["and"][0], words["then"][0]
@@ -122,16 +128,7 @@ class StepSplitter:
             rf"\s*,\s*(?:{and_}) (?=\S)|\s*,\s*(?!\d)|{apart}\s+(?:{and_}) (?=(?:{starters})\b)"
         )
 
-    def polished(self, line: str, *, asking: bool = False) -> str:
-        """The line in plain words, with a comma wherever a sentence has a pause.
-
-        Args:
-            line: As it was said or typed.
-            asking: Whether "please" before an order makes a pause, too.
-        """
-        return self._polish(line, asking)
-
-    def _polished(self, line: str, asking: bool) -> str:
+    def _polished(self, line: str, asking: bool = False) -> str:
         line = plain(re.sub(r"&|\+(?!\d)", f" {self._and} ", line))
         line = _WORD.sub(lambda found: self._righted(found[0]), line)
         spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
@@ -167,14 +164,10 @@ class StepSplitter:
         """Whether words of a line say that something is to be done at once."""
         return self._at_once.search(plain(line)) is not None
 
-    def steps(self, polished: str) -> Sequence[SentenceStep]:
-        """The steps of a polished line; none where it has too many of them."""
-        return self._steps(polished)
-
     def forget(self) -> None:
         """Forget the lines and words that are kept, as where reading is timed."""
-        self._steps.cache_clear()
-        self._polish.cache_clear()
+        self.steps.cache_clear()
+        self.polished.cache_clear()
         self._righted.cache_clear()
 
     def _cut(self, polished: str) -> Sequence[SentenceStep]:
