@@ -124,7 +124,6 @@ class _Answering:
     """
 
     def __init__(self, app: App, service: Service) -> None:
-        """Prepare it."""
         ours, self.channel = socket.socketpair()
         self._listener = BoundedListener(ours)
         config = uvicorn.Config(
@@ -169,7 +168,6 @@ class _Acceptor:
     """The acceptor's process, which is started again where it has ended."""
 
     def __init__(self, sockets: Sequence[socket.socket], flags: Sequence[str]) -> None:
-        """Start it with the arguments of `acceptor.main`."""
         self._inherited = [each.fileno() for each in sockets]
         self._flags = flags
         self._closed = threading.Event()

@@ -27,12 +27,6 @@ class SharedState:
     """The state as JSON, made once for everybody who watches; safe to use from several threads."""
 
     def __init__(self, session: OperatorSession, now: Callable[[], float] = time.monotonic) -> None:
-        """Take over a session.
-
-        Args:
-            session: The source of the state.
-            now: Reads the wall clock [s].
-        """
         self._session = session
         self._now = now
         self._lock = threading.Lock()

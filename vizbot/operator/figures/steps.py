@@ -18,11 +18,7 @@ class StepFilter:
     """Compares each step with the last one that was shown."""
 
     def __init__(self, period: float = math.inf) -> None:
-        """Begin with nothing shown.
-
-        Args:
-            period: While nothing changes, one step is shown in this time [s].
-        """
+        """While nothing changes, one step is shown in a period [s]."""
         self._period = period
         self._shown: Step | None = None
 
@@ -65,11 +61,7 @@ class StepRate:
         self._stamps: deque[float] = deque()
 
     def add(self, stamp: float) -> None:
-        """Count a step.
-
-        Args:
-            stamp: When it was; later than all before [s].
-        """
+        """Count a step at a time that is later than all before [s]."""
         self._stamps.append(stamp)
         while stamp - self._stamps[0] > _WINDOW and len(self._stamps) > 2:
             self._stamps.popleft()

@@ -69,11 +69,6 @@ class Phrasing:
     """
 
     def __init__(self, spoken: Mapping[str, Any]) -> None:
-        """Take over a language.
-
-        Args:
-            spoken: As its file has it.
-        """
         self._openings, self._articles = spoken["openings"], spoken["articles"]
         self.joins, self.ends = spoken["joins"], spoken["ends"]
         self.apart = frozenset(spoken["apart"])

@@ -78,7 +78,6 @@ class SentenceWriter:
     """Writes the sentences of one language."""
 
     def __init__(self, sentences: Mapping[str, str]) -> None:
-        """Take over how the language says each command."""
         self._sentences = sentences
 
     def urgent(self, text: str) -> str:

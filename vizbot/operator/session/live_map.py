@@ -52,12 +52,7 @@ class LiveMap:
     """
 
     def __init__(self, session: OperatorSession, folder: Path | None = None) -> None:
-        """Attach to a running robot.
-
-        Args:
-            session: Of the robot.
-            folder: Of the saved maps; this user's by default.
-        """
+        """Attach to a running robot; `folder` is that of the saved maps, this user's by default."""
         self._session = session
         self.saved = SavedMaps(folder)
         self._household = HouseholdBeliefs()

@@ -35,6 +35,9 @@ _SPACING = 0.05
 class OperatorSession:
     """The operators' side of a run: an observer that takes their requests.
 
+    What waits for the robot's loop raises a `ConfigError` where too much is asked at once, and a
+    `DeviceTimeoutError` where the robot is too busy or its run ends.
+
     Attributes:
         robot: The robot that people share.
         queue: The tasks that they asked for.
@@ -126,7 +129,6 @@ class OperatorSession:
         Raises:
             ConfigError: the robot has not arrived, or does something else by now, or was stopped
                 meanwhile, or its method of search believes nothing.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         who, stops = printable(who, _LONGEST_NAME) or SOMEBODY, self.stops
 
@@ -154,7 +156,6 @@ class OperatorSession:
 
         Raises:
             ConfigError: the robot goes up to something else by now.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         who = printable(who, _LONGEST_NAME) or SOMEBODY
 
@@ -180,8 +181,6 @@ class OperatorSession:
 
         Raises:
             LookupError: the robot has turned to something else, or kept no picture; it says why.
-            ConfigError: too much is asked at once.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
 
         def draw(pipeline: Pipeline) -> bytes:

@@ -31,7 +31,6 @@ class BoundedHttp(H11Protocol):
     """
 
     def __init__(self, *args: Any, **settings: Any) -> None:
-        """Create it as uvicorn does."""
         super().__init__(*args, **settings)
         self._head: bytes | None = b""  # what has come of it; None once it is whole
         self._at_once: int | None = None  # of a body; None for all that has come
@@ -72,7 +71,6 @@ class BoundedWebSocket(WebSocketsSansIOProtocol):
     """
 
     def __init__(self, *args: Any, **settings: Any) -> None:
-        """Create it as uvicorn does."""
         super().__init__(*args, **settings)
         self._bucket = TokenBucket(RATE, BURST, time.monotonic())
 
