@@ -67,16 +67,7 @@ def build_app(
     recordings: Recordings,
     credentials: Credentials,
 ) -> FastAPI:
-    """The application of one run.
-
-    Args:
-        session: What people ask of the run.
-        pictures: What the robot sees and knows.
-        live_map: The maps of the robot.
-        dialogue: Answers to sentences.
-        recordings: Answers to what is spoken.
-        credentials: What clients must give.
-    """
+    """The application of one run."""
     # The pages that FastAPI offers fetch scripts from elsewhere, which would talk to the robot.
     app = FastAPI(
         title="vizbot",
@@ -116,11 +107,7 @@ def build_app(
 
 
 def build_stop_app(session: OperatorSession) -> FastAPI:
-    """The application that only stops the robot.
-
-    Args:
-        session: What people ask of the run.
-    """
+    """The application that only stops the robot."""
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     app.include_router(stop_router(session))
     return app

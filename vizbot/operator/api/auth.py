@@ -142,13 +142,7 @@ class Guard:
     def __init__(
         self, app: App, credentials: Credentials, now: Callable[[], float] = time.monotonic
     ) -> None:
-        """Guard an application.
-
-        Args:
-            app: The guarded application.
-            credentials: What clients must give.
-            now: Reads the time [s].
-        """
+        """Guard an application."""
         self._app = app
         self._credentials = credentials
         self._now = now

@@ -40,11 +40,7 @@ class Pictures:
         self._jpegs: dict[str, bytes] = {}
 
     def newest(self, names: Sequence[str]) -> tuple[int, list[bytes]] | None:
-        """The index of a step and pictures of it as JPEG; None before the first step.
-
-        Args:
-            names: Some of `NAMES`.
-        """
+        """The index of a step and pictures of it as JPEG; None before the first step."""
         newest, now = self._session.newest_step(), time.monotonic()
         if newest is None:
             return None

@@ -288,13 +288,7 @@ class ClauseReader:
         return [*parts, clause[begin:].strip()]
 
     def _is_complete(self, words: str, literals: Sequence[str], *, order: bool) -> bool:
-        """Whether another clause may follow words without a pause, since they say something.
-
-        Args:
-            words: They begin the clause.
-            literals: What each mark in them stands for.
-            order: Whether an order follows.
-        """
+        """Whether another clause may follow words without a pause, since they say something."""
         if self._reads("reminders", words):
             return True
         steps = self._splitter.steps(words)

@@ -265,13 +265,7 @@ class Grammar:
         return normal_text(marked), literals, unread
 
     def _parsed(self, line: str, literals: tuple[str, ...], bare: bool) -> Command | None:
-        """The command in a line.
-
-        Args:
-            line: With marks in place of its literals.
-            literals: What each mark stands for.
-            bare: A goal needs no words before it.
-        """
+        """The command in a line with marks for its literals; `bare`: a goal may stand alone."""
         if self._stop.search(plain(line).replace(",", " , ")):
             return Stop()
         polished = self._splitter.polished(line)

@@ -51,14 +51,7 @@ class Dialogue:
         language: Language = ENGLISH,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Make the grammar now, so that no stop waits for it.
-
-        Args:
-            session: Of the robot.
-            live_map: Of the robot.
-            language: That people and robot speak.
-            now: Time of the wall clock [s].
-        """
+        """Make the grammar now, so that no stop waits for it."""
         self._session = session
         self._language = language
         self._grammar = language.grammar

@@ -63,12 +63,7 @@ class Language:
         return goal, ""
 
     def say(self, answer: str, **fields: object) -> str:
-        """What the robot says.
-
-        Args:
-            answer: Which of the answers.
-            fields: What stands in its places.
-        """
+        """What the robot says."""
         return self.answers[answer].format(**fields)
 
     def doing(self, text: str) -> str:

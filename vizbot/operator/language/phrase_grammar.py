@@ -83,12 +83,7 @@ class Phrasing:
         ]
 
     def continued(self, sentence: Sentence, goals: Sequence[str]) -> list[Sentence]:
-        """All sentences that a sentence may become with one piece more.
-
-        Args:
-            sentence: One that is not done.
-            goals: Phrases that may be asked for.
-        """
+        """All sentences that a sentence may become with one piece more."""
         match sentence.stage:
             case Stage.OPENING:
                 return [_with(sentence, words, Stage.VERB) for words in self._openings]

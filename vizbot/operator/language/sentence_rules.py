@@ -73,9 +73,6 @@ class RuleMaker:
     def rules(self, patterns: Mapping[str, Sequence[str]]) -> tuple[SentenceRule, ...]:
         """The rules of some patterns.
 
-        Args:
-            patterns: In the notation, for each kind.
-
         Raises:
             ValueError: one is none.
         """

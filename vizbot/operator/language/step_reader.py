@@ -59,13 +59,7 @@ class StepReader:
     def command(
         self, step: SentenceStep, literals: Sequence[str] = (), *, bare: bool = False
     ) -> Command | None:
-        """The command of one step; None if it is none.
-
-        Args:
-            step: The step.
-            literals: What each mark in it stands for.
-            bare: Whether a goal needs no words before it.
-        """
+        """The command of one step; None if it is none. With `bare`, a goal may stand alone."""
         return self._commands(step, tuple(literals), bare)
 
     def forget(self) -> None:

@@ -34,12 +34,7 @@ class Match:
 
 
 def matches(report: GoalReport, frame_store: FrameStore) -> list[Match]:
-    """The pictures of the best places of an answer, where they were kept.
-
-    Args:
-        report: The answer.
-        frame_store: Pictures of the run on this map.
-    """
+    """The pictures of the best places of an answer, where they were kept."""
     shown = []
     for rank, candidate in enumerate(report.candidates[:_MOST], 1):
         score = report.measure.text(candidate.score)
@@ -50,13 +45,7 @@ def matches(report: GoalReport, frame_store: FrameStore) -> list[Match]:
 
 
 def picture_of(candidate: Candidate, score: str, frame_store: FrameStore) -> bytes | None:
-    """JPEG of a place with its patch in green; None for one of another run, or of long ago.
-
-    Args:
-        candidate: The place.
-        score: As people read it.
-        frame_store: Pictures of the run on this map.
-    """
+    """JPEG of a place with its patch in green; None for one of another run, or of long ago."""
     kept = frame_store.get(candidate.frame)
     if kept is None:
         return None

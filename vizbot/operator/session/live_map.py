@@ -288,10 +288,6 @@ class LiveMap:
     def _keep_left(self, left: MapSnapshot, number: int) -> str | None:
         """The name under which a map that is left is saved; None where it is given up.
 
-        Args:
-            left: The map.
-            number: Which map of the run it is.
-
         Raises:
             MapError: it cannot be saved, and nobody knows that yet.
         """

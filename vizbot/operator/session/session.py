@@ -264,10 +264,6 @@ class OperatorSession:
     def call_off(self, goals: Collection[str], who: str) -> list[str]:
         """Call off some of the goals that were asked for; the others stay.
 
-        Args:
-            goals: In the words that the queue has for them.
-            who: Calls them off.
-
         Returns:
             Those that were called off, in the queue's words.
         """
@@ -277,10 +273,6 @@ class OperatorSession:
 
     def cancel(self, number: int, who: str) -> None:
         """Call off one task that runs or waits.
-
-        Args:
-            number: As the queue has it.
-            who: Calls it off.
 
         Raises:
             ConfigError: no such task runs or waits.

@@ -49,9 +49,6 @@ class Listener:
     def take(self, sound: Sound) -> Utterance | None:
         """Take the next piece of sound.
 
-        Args:
-            sound: (N,) what came since the last call.
-
         Returns:
             A stop as soon as it is said, an utterance when it has ended; None: nothing yet.
         """

@@ -37,15 +37,7 @@ class Recordings:
         model: str = SPEECH,
         language: Language = ENGLISH,
     ) -> None:
-        """Create it; the speech model is loaded when it is used.
-
-        Args:
-            session: Of the robot.
-            live_map: Of the robot.
-            dialogue: Answers what is understood.
-            model: Whisper's size, or a folder of one.
-            language: That is spoken.
-        """
+        """Create it; the speech model is loaded when it is used."""
         self._session = session
         self._live_map = live_map
         self._dialogue = dialogue
@@ -57,10 +49,6 @@ class Recordings:
 
     def spoken(self, sound: bytes, who: str) -> Reply:
         """Do what somebody says.
-
-        Args:
-            sound: A recording, as `read_sound` takes it.
-            who: Speaks.
 
         Raises:
             QueueFullError: two recordings wait already.
