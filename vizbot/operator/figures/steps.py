@@ -12,6 +12,8 @@ from vizbot.core.observer import Step
 
 _MOVED, _TURNED = 0.02, 0.02
 """A robot at rest was moved if its pose differs by at least this [m, rad]."""
+_WINDOW = 5.0
+"""The rate is the mean of the last so many seconds [s]."""
 
 
 class StepFilter:
@@ -48,10 +50,6 @@ def _has_moved(shown: Step, step: Step) -> bool:
     T_shown_base = invert(shown.T_map_base) @ step.T_map_base
     moved = float(np.linalg.norm(T_shown_base[:3, 3]))
     return moved >= _MOVED or rotation_angle(T_shown_base) >= _TURNED
-
-
-_WINDOW = 5.0
-"""The rate is the mean of the last so many seconds [s]."""
 
 
 class StepRate:

@@ -14,6 +14,7 @@ from vizbot.operator.report.chart import Chart, chart
 
 _MOST_EVENTS = 300
 _MOST_STEPS = 20_000
+_NUMBERS = re.compile(r"\d+")
 
 
 @dataclass(slots=True)
@@ -150,9 +151,6 @@ class Event:
 
     text: str
     warns: bool = False
-
-
-_NUMBERS = re.compile(r"\d+")
 
 
 class Events:

@@ -22,6 +22,12 @@ if TYPE_CHECKING:  # its module loads rerun
     from vizbot.operator.viewer.viewer import Viewer
 
 
+_SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
+_VIEWER = (
+    f"{shlex.quote(sys.executable)} -m rerun_cli --bind 127.0.0.1 --port auto --expect-data-soon -"
+)
+
+
 def require_rerun() -> None:
     """Check for rerun before the devices are opened.
 
@@ -52,12 +58,6 @@ def open_viewer(folder: Path, base: TwistMux | None) -> Viewer:
         show_recording(path)
     echo(f"recording {path}; to follow it: tail -c +1 -f {path} | rerun -", err=True)
     return viewer
-
-
-_SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
-_VIEWER = (
-    f"{shlex.quote(sys.executable)} -m rerun_cli --bind 127.0.0.1 --port auto --expect-data-soon -"
-)
 
 
 def has_screen() -> bool:

@@ -20,6 +20,8 @@ _REFUSAL = (
     b"HTTP/1.1 400 Bad Request\r\nContent-Type: application/json\r\nContent-Length: %d\r\n"
     b"Connection: close\r\n\r\n%b" % (len(_REASON), _REASON)
 )
+RATE, BURST = 8 * 1024, 6 * 1024
+"""Bytes a second that a client may send in the long run, and at once; who drives sends 3 KB/s."""
 
 
 class BoundedHttp(H11Protocol):
@@ -57,10 +59,6 @@ class BoundedHttp(H11Protocol):
         while data and not self.transport.is_closing() and self.transport.get_protocol() is self:
             super().data_received(data[:size])
             data = data[size:]
-
-
-RATE, BURST = 8 * 1024, 6 * 1024
-"""Bytes a second that a client may send in the long run, and at once; who drives sends 3 KB/s."""
 
 
 class BoundedWebSocket(WebSocketsSansIOProtocol):
