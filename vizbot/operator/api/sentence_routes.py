@@ -28,9 +28,7 @@ def sentence_router(dialogue: Dialogue, recordings: Recordings) -> APIRouter:
     router = APIRouter(tags=["sentences"])
 
     @router.post(
-        "/said",
-        summary="Type a sentence",
-        responses=error_responses(409, 503, *WITH_BODY),
+        "/said", summary="Type a sentence", responses=error_responses(409, 503, *WITH_BODY)
     )
     def said(sentence: SentenceRequest) -> SentenceAnswer:
         """Do what a sentence asks for: go to, where is, come back, dock, stop, or a bare goal.

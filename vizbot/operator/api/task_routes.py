@@ -32,6 +32,7 @@ _BODY_TIMEOUT = 0.2
 _BODY = error_responses(*WITH_BODY)
 _CHANGE = error_responses(409, *WITH_BODY)
 _NUMBER = error_responses(409, 422)
+_VERDICT = error_responses(409, 503, *WITH_BODY)
 _STOP_BODY: dict[str, Any] = {
     "requestBody": {"content": {"application/json": {"schema": StopRequest.model_json_schema()}}}
 }
@@ -98,11 +99,7 @@ def task_router(session: OperatorSession) -> APIRouter:
         with http_errors():
             return TaskNumbers(numbers=[task.number for task in session.ask_again(number)])
 
-    @router.post(
-        "/verdict",
-        summary="Say whether that is it",
-        responses=error_responses(409, 503, *WITH_BODY),
-    )
+    @router.post("/verdict", summary="Say whether that is it", responses=_VERDICT)
     def judge(verdict: VerdictRequest) -> TaskNumbers:
         """Say whether what the robot has arrived at last is what it was asked for.
 
@@ -114,9 +111,7 @@ def task_router(session: OperatorSession) -> APIRouter:
         return TaskNumbers(numbers=[task.number for task in tasks])
 
     @router.post(
-        "/candidates/{number}/verdict",
-        summary="Say whether to go there",
-        responses=error_responses(409, 503, *WITH_BODY),
+        "/candidates/{number}/verdict", summary="Say whether to go there", responses=_VERDICT
     )
     def judge_candidate(number: int, verdict: VerdictRequest) -> RequestTaken:
         """Say whether to go to what the robot sees, and take it for the goal, or to keep looking.
@@ -161,10 +156,7 @@ def stop_router(session: OperatorSession) -> APIRouter:
     router = APIRouter(tags=["tasks"])
 
     @router.post(
-        "/stop",
-        summary="Stop the robot",
-        responses=error_responses(403),
-        openapi_extra=_STOP_BODY,
+        "/stop", summary="Stop the robot", responses=error_responses(403), openapi_extra=_STOP_BODY
     )
     async def stop(request: Request) -> StopAnswer:
         """Stop now; all tasks are called off. Works for everyone, at any time.
