@@ -13,9 +13,10 @@ from fastapi.responses import JSONResponse
 from fastapi.security import APIKeyCookie, APIKeyQuery, HTTPBearer
 
 from vizbot import __version__
+from vizbot.core.errors import VizbotError
 from vizbot.operator.api.answers import RobotState
 from vizbot.operator.api.console_routes import console_router
-from vizbot.operator.api.errors import ANYWHERE, error_responses, http_errors, refuse_invalid
+from vizbot.operator.api.errors import ANYWHERE, error_responses, refuse, refuse_invalid
 from vizbot.operator.api.image_stream import NAMES, Pictures, picture_answer, picture_response
 from vizbot.operator.api.map_routes import map_router
 from vizbot.operator.api.proof import Credentials, proof_router
@@ -80,6 +81,7 @@ def build_app(
         redoc_url=None,
     )
     app.add_exception_handler(RequestValidationError, refuse_invalid)
+    app.add_exception_handler(VizbotError, refuse)
     app.include_router(console_router())
     for router in (
         _state_router(session, pictures),
@@ -162,8 +164,7 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
     def candidate_picture(number: int) -> Response:
         """Read the picture of what the robot goes up to, with a box around it."""
         try:
-            with http_errors():
-                return picture_answer(session.candidate_picture(number))
+            return picture_answer(session.candidate_picture(number))
         except LookupError as error:
             raise HTTPException(404, str(error)) from error
 

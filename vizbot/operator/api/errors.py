@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
-from fastapi import HTTPException, Request
+from fastapi import Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from pydantic import ConfigDict
 
-from vizbot.core.errors import ConfigError, MapError, VizbotError
+from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.settings import causes
 from vizbot.operator.api.answers import Answer
 
@@ -97,12 +95,7 @@ def encodable(text: str) -> str:
     return text.encode("utf-8", "backslashreplace").decode()
 
 
-@contextmanager
-def http_errors() -> Iterator[None]:
-    """Raise the errors of vizbot as HTTP errors: 409 where the asker can mend it, else 503."""
-    try:
-        yield
-    except (ConfigError, MapError) as error:
-        raise HTTPException(409, str(error)) from error
-    except VizbotError as error:
-        raise HTTPException(503, str(error)) from error
+def refuse(request: Request, error: Exception) -> JSONResponse:
+    """Answer what raised an error of vizbot: 409 where the asker can mend it, else 503."""
+    status = 409 if isinstance(error, ConfigError | MapError) else 503
+    return JSONResponse({"detail": str(error)}, status)

@@ -10,7 +10,7 @@ from fastapi import APIRouter, Body, HTTPException
 from vizbot.core.errors import VizbotError
 from vizbot.core.normal_text import seen_text
 from vizbot.operator.api.answers import SentenceAnswer
-from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
+from vizbot.operator.api.errors import WITH_BODY, error_responses
 from vizbot.operator.api.requests import PersonName, SentenceRequest
 from vizbot.operator.language.command_grammar import SentenceTooLongError, require_length
 from vizbot.operator.language.dialogue import Dialogue, QueueFullError
@@ -46,9 +46,6 @@ def sentence_router(dialogue: Dialogue, recordings: Recordings) -> APIRouter:
             raise HTTPException(422, str(error)) from error
         except QueueFullError as error:
             raise HTTPException(429, str(error)) from error
-        except VizbotError:
-            with http_errors():
-                raise
         return SentenceAnswer(**asdict(reply))
 
     @router.post(

@@ -12,7 +12,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.api.answers import DoubtShown, RequestTaken, StopAnswer, TaskNumbers
-from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
+from vizbot.operator.api.errors import WITH_BODY, error_responses
 from vizbot.operator.api.requests import (
     CancelRequest,
     DoubtRequest,
@@ -82,22 +82,19 @@ def task_router(session: OperatorSession) -> APIRouter:
     @router.delete("/tasks/{number}", summary="Call off a task", responses=_CHANGE)
     def cancel(number: int, by: CancelRequest = _BY_SOMEBODY) -> RequestTaken:
         """Call off a task that runs or waits; the others stay."""
-        with http_errors():
-            session.cancel(number, by.who)
+        session.cancel(number, by.who)
         return RequestTaken()
 
     @router.post("/tasks/{number}/next", summary="Do a task next", responses=_NUMBER)
     def do_next(number: int) -> RequestTaken:
         """Let a task that waits be the next one; the running one goes on."""
-        with http_errors():
-            session.do_next(number)
+        session.do_next(number)
         return RequestTaken()
 
     @router.post("/tasks/{number}/again", summary="Ask again", responses=_NUMBER)
     def ask_again(number: int) -> TaskNumbers:
         """Queue once more what a task that is over was about."""
-        with http_errors():
-            return TaskNumbers(numbers=[task.number for task in session.ask_again(number)])
+        return TaskNumbers(numbers=[task.number for task in session.ask_again(number)])
 
     @router.post("/verdict", summary="Say whether that is it", responses=_VERDICT)
     def judge(verdict: VerdictRequest) -> TaskNumbers:
@@ -106,8 +103,7 @@ def task_router(session: OperatorSession) -> APIRouter:
         Where it is not, that place is believed less and the search for the same words goes on at
         once, as the task whose number is the answer.
         """
-        with http_errors():
-            tasks = session.judge(confirmed=verdict.confirmed, who=verdict.who)
+        tasks = session.judge(confirmed=verdict.confirmed, who=verdict.who)
         return TaskNumbers(numbers=[task.number for task in tasks])
 
     @router.post(
@@ -118,8 +114,7 @@ def task_router(session: OperatorSession) -> APIRouter:
 
         Where it is not the goal, that place is believed less, as after an arrival.
         """
-        with http_errors():
-            session.judge_candidate(number, confirmed=verdict.confirmed, who=verdict.who)
+        session.judge_candidate(number, confirmed=verdict.confirmed, who=verdict.who)
         return RequestTaken()
 
     @router.post("/doubt", summary="Show a question", responses=_BODY)
