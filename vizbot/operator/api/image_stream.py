@@ -17,14 +17,6 @@ from vizbot.operator.session.session import OperatorSession
 
 NAMES = ("colour", "depth", "map", "likeness")
 """Names of the pictures; `likeness` is the heat map of the goal."""
-_PANELS = {
-    "colour": "colour",
-    "depth": "depth",
-    "map": "obstacle map",
-    "likeness": "likeness",
-}
-
-
 RATE = 10.0
 """Steps a second that are drawn and sent at most."""
 
@@ -54,7 +46,9 @@ class Pictures:
                     shown = self._with_scores(step) if name == "likeness" else step
                     turn = self._session.map_turn.turn_at(shown)
                     track = self._session.track()
-                    self._jpegs[name] = jpeg(panel(_PANELS[name], shown, track, turn, LARGE))
+                    self._jpegs[name] = jpeg(
+                        panel("obstacle map" if name == "map" else name, shown, track, turn, LARGE)
+                    )
             return step.index, [self._jpegs[name] for name in names]
 
     def _with_scores(self, step: Step) -> Step:

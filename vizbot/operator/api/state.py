@@ -6,7 +6,6 @@ import json
 import math
 import threading
 import time
-from collections.abc import Callable
 
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Effort, Step
@@ -26,16 +25,15 @@ _MAX_AGE = 0.15
 class SharedState:
     """The state as JSON, made once for everybody who watches; safe to use from several threads."""
 
-    def __init__(self, session: OperatorSession, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, session: OperatorSession) -> None:
         self._session = session
-        self._now = now
         self._lock = threading.Lock()
         self._json, self._made_at = "", -math.inf
 
     def json(self) -> str:
         """The state, at most 0.15 s old."""
         with self._lock:
-            now = self._now()
+            now = time.monotonic()
             if now - self._made_at >= _MAX_AGE:
                 self._json, self._made_at = json.dumps(state_of(self._session)), now
             return self._json
