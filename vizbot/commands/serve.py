@@ -113,7 +113,8 @@ class ServedRun:
         devices: Devices, recorder: Recorder, report: Report, begun_in: Path | None
     ) -> ServedRun:
         """Share devices; the recorder keeps what the base is sent."""
-        lease, stopped, base = DriveLease(time.monotonic), threading.Event(), None
+        lease, stopped = DriveLease(time.monotonic), threading.Event()
+        base: TwistMux | None = None
         if devices.base is not None:
             base = TwistMux(devices.base, lease, stopped)
             base.on_drive = recorder.keep_commands(devices.clock)

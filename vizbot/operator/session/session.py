@@ -71,7 +71,7 @@ class OperatorSession:
         self._track = Track(spacing=_SPACING)
         self._rate = StepRate()
         self._activity = ""
-        self.robot = BareRobot(now) if robot is None else robot
+        self.robot: SharedRobot = BareRobot(now) if robot is None else robot
         self.lease, self.stopped = self.robot.lease, self.robot.stopped
         self.arrival: Arrival | None = None
         self.candidate: ApproachedCandidate | None = None
