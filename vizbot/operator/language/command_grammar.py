@@ -160,27 +160,28 @@ class Grammar:
         Raises:
             SentenceTooLongError: the line is longer than `MOST_WORDS` or `MOST_LETTERS`.
         """
-        marked, literals, unread = self._without_literals(line)
-        quoted, kept = bool(_QUOTE.search(line)), tuple(literals)
-        asked = self._parse(marked, kept, False)
-        command = asked
+        marked, literals, unread, quoted = self._without_literals(line)
+        asked, command = self._commands(marked, literals, unread, quoted)
+        ordered = self.heard(line) if quoted else self._or_stop(asked, marked, literals)
+        return TypedLine(command, literals, self._gives_way(marked), alone=ordered is None)
+
+    def typed(self, line: str) -> Command | None:
+        """The command in a typed line, as `read` has it; None if there is none."""
+        return self._commands(*self._without_literals(line))[1]
+
+    def _commands(
+        self, marked: str, literals: tuple[str, ...], unread: bool, quoted: bool
+    ) -> tuple[Command | None, Command | None]:
+        """What a typed line asks for: where a goal needs words before it, and where it does not."""
+        asked = command = self._parse(marked, literals, False)
         if not self._is_plain(asked, literals):
-            bare = self._parse(marked, kept, True)
+            bare = self._parse(marked, literals, True)
             command = bare if self._is_plain(bare, literals) or asked is None else asked
             command = self._or_stop(command, marked, literals)
             whole = self._goals.without_article(tidy(plain(marked)).replace(",", ""))
             if command == GoTo((whole,)) and not quoted:
                 command = GoTo((marked.strip(" .,;:!?"),))
-        return TypedLine(
-            _readable(command, unread),
-            kept,
-            at_once=self._gives_way(marked),
-            alone=(self.heard(line) if quoted else self._or_stop(asked, marked, kept)) is None,
-        )
-
-    def typed(self, line: str) -> Command | None:
-        """The command in a typed line, as `read` has it; None if there is none."""
-        return self.read(line).command
+        return asked, _readable(command, unread)
 
     def is_stop(self, line: str) -> bool:
         """Whether a line is a stop of a few words: that is told without reading a long one."""
@@ -244,10 +245,11 @@ class Grammar:
         """A goal without the articles before it."""
         return self._goals.without_article(goal.casefold())
 
-    def _without_literals(self, line: str) -> tuple[str, Sequence[str], bool]:
-        """The line with a mark in place of each part in quotes, these parts, and a doubt.
+    def _without_literals(self, line: str) -> tuple[str, tuple[str, ...], bool, bool]:
+        """The line with a mark in place of each part in quotes, these parts, and two doubts.
 
-        It is normal text, with its numbers in digits; the doubt is whether one cannot be read.
+        It is normal text, with its numbers in digits; the doubts are whether one cannot be read,
+        and whether there are quotes in it.
 
         A stop alone is no literal: it must not be missed because somebody puts it in quotes.
         """
@@ -262,7 +264,7 @@ class Grammar:
 
         require_length(line)
         marked, unread = digits_of(_LITERAL.sub(mark, seen_text(without_marks(line))))
-        return normal_text(marked), literals, unread
+        return normal_text(marked), tuple(literals), unread, bool(_QUOTE.search(line))
 
     def _parsed(self, line: str, literals: tuple[str, ...], bare: bool) -> Command | None:
         """The command in a line with marks for its literals; `bare`: a goal may stand alone."""
