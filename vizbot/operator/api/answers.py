@@ -17,32 +17,32 @@ Position = tuple[float, float, float]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class Answer(BaseModel):
+class AnswerModel(BaseModel):
     """Described by the docstrings of its fields."""
 
     model_config = ConfigDict(use_attribute_docstrings=True)
 
 
-class TaskNumbers(Answer):
+class TaskNumbers(AnswerModel):
     """The tasks that were queued."""
 
     numbers: list[int]
     """One for each task, as in the state."""
 
 
-class StopAnswer(Answer):
+class StopAnswer(AnswerModel):
     """The robot was stopped."""
 
     stopped: Literal[True] = True
 
 
-class RequestTaken(Answer):
+class RequestTaken(AnswerModel):
     """The request reached the robot; the state shows what comes of it."""
 
     asked: Literal[True] = True
 
 
-class TokenProof(Answer):
+class TokenProof(AnswerModel):
     """The proof that a server knows the token."""
 
     run: str
@@ -52,13 +52,13 @@ class TokenProof(Answer):
     token is wanted."""
 
 
-class DoubtShown(Answer):
+class DoubtShown(AnswerModel):
     """The question is in the log, and the base has played its song of doubt."""
 
     shown: Literal[True] = True
 
 
-class SentenceAnswer(Answer):
+class SentenceAnswer(AnswerModel):
     """What the robot answers to a sentence."""
 
     said: list[str]
@@ -76,7 +76,7 @@ class SentenceAnswer(Answer):
     """Of the tasks that the sentence has queued, as in the state."""
 
 
-class TaskState(Answer):
+class TaskState(AnswerModel):
     """A task that was asked for."""
 
     number: int
@@ -99,7 +99,7 @@ class TaskState(Answer):
     """What the robot drove for it [m]."""
 
 
-class ArrivalState(Answer):
+class ArrivalState(AnswerModel):
     """Where the robot has arrived last, for people to say whether that is it."""
 
     number: int
@@ -118,7 +118,7 @@ class ArrivalState(Answer):
     """Whether somebody says that it is what was asked for; null before."""
 
 
-class CandidateState(Answer):
+class CandidateState(AnswerModel):
     """The place that the robot goes up to because it may be the goal."""
 
     number: int
@@ -133,7 +133,7 @@ class CandidateState(Answer):
     """Whether somebody has said to go there."""
 
 
-class BaseReport(Answer):
+class BaseReport(AnswerModel):
     """The newest sensor values of the base."""
 
     mode: Literal["off", "passive", "safe", "full"]
@@ -161,7 +161,7 @@ class BaseReport(Answer):
     """What the base touches or misses, in plain words."""
 
 
-class LogLine(Answer):
+class LogLine(AnswerModel):
     """A line of the log."""
 
     time: float
@@ -175,7 +175,7 @@ class LogLine(Answer):
     """How the task of an `ended` line ended; absent from other lines."""
 
 
-class MapPictureView(Answer):
+class MapPictureView(AnswerModel):
     """Where the picture of the map lies in `map`; walls stand upright in it.
 
     The pixel `column, row`, counted from the picture's upper left corner, shows the place that lies
@@ -194,7 +194,7 @@ class MapPictureView(Answer):
     """Direction of the picture's rows in `map`, counterclockwise from x [rad]; seldom changes."""
 
 
-class RobotState(Answer):
+class RobotState(AnswerModel):
     """What the robot does, where it is, what it feels, and what it was asked for.
 
     What comes after `map_view` is absent before the first step.
@@ -251,7 +251,7 @@ class RobotState(Answer):
     """Along the planned path [m]; null without one."""
 
 
-class PlaceAnswer(Answer):
+class PlaceAnswer(AnswerModel):
     """A place on the map that may be what was asked for."""
 
     position: Position
@@ -265,7 +265,7 @@ class PlaceAnswer(Answer):
     """Where in that frame: left, top, right, bottom [px]."""
 
 
-class PlacesAnswer(Answer):
+class PlacesAnswer(AnswerModel):
     """What the map answers to a question."""
 
     text: str
@@ -282,14 +282,14 @@ class PlacesAnswer(Answer):
     """The answer in one line, seen from the robot."""
 
 
-class VocabularyAnswer(Answer):
+class VocabularyAnswer(AnswerModel):
     """Things and rooms of a household that the map finds."""
 
     phrases: list[str]
     """In alphabetical order."""
 
 
-class NamedRoom(Answer):
+class NamedRoom(AnswerModel):
     """A room on the map."""
 
     name: str
@@ -297,28 +297,28 @@ class NamedRoom(Answer):
     """x, y in `map` of a place about in its middle [m]."""
 
 
-class RoomsAnswer(Answer):
+class RoomsAnswer(AnswerModel):
     """The rooms on the map."""
 
     rooms: list[NamedRoom]
     """Largest room first."""
 
 
-class ZonesAnswer(Answer):
+class ZonesAnswer(AnswerModel):
     """The keep-out zones."""
 
     zones: list[list[Point]]
     """The corners of each zone, x, y in `map` [m]."""
 
 
-class ZoneCount(Answer):
+class ZoneCount(AnswerModel):
     """The keep-out zones have changed."""
 
     zones: int
     """How many there are now."""
 
 
-class ListedMap(Answer):
+class ListedMap(AnswerModel):
     """A saved map, as the list has it."""
 
     name: str
@@ -328,7 +328,7 @@ class ListedMap(Answer):
     """Whether a robot is in it; it cannot be deleted then."""
 
 
-class MapNames(Answer):
+class MapNames(AnswerModel):
     """The saved maps."""
 
     names: list[str]
@@ -337,28 +337,28 @@ class MapNames(Answer):
     """The same with what there is to say of each."""
 
 
-class SavedMap(Answer):
+class SavedMap(AnswerModel):
     """The map was saved."""
 
     kept: str
     """The name of the saved map."""
 
 
-class RenamedMap(Answer):
+class RenamedMap(AnswerModel):
     """The saved map has another name."""
 
     renamed: str
     """The new name."""
 
 
-class DeletedMap(Answer):
+class DeletedMap(AnswerModel):
     """The saved map is gone."""
 
     deleted: str
     """The name that it had."""
 
 
-class LeftMap(Answer):
+class LeftMap(AnswerModel):
     """The robot has changed its map."""
 
     left: str | None

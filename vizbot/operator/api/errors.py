@@ -11,17 +11,17 @@ from pydantic import ConfigDict
 
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.settings import causes
-from vizbot.operator.api.answers import Answer
+from vizbot.operator.api.answers import AnswerModel
 
 
-class Refusal(Answer):
+class Refusal(AnswerModel):
     """Why a request was refused."""
 
     detail: str
     """The reason, in one line."""
 
 
-class InvalidField(Answer):
+class InvalidField(AnswerModel):
     """A part of a request that does not fit."""
 
     model_config = ConfigDict(extra="allow")
@@ -34,7 +34,7 @@ class InvalidField(Answer):
     """The reason, in one line."""
 
 
-class InvalidRequest(Answer):
+class InvalidRequest(AnswerModel):
     """Why a request does not fit what it is documented to be."""
 
     detail: str | list[InvalidField]
