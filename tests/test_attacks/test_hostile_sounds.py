@@ -18,7 +18,7 @@ from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.helpers.served import served
 from vizbot.operator.language.command import GoTo
 from vizbot.operator.session.live_map import LiveMap
-from vizbot.operator.voice import dialogue, sound
+from vizbot.operator.voice import recordings, sound
 from vizbot.operator.voice.intent import Utterance
 
 _AT_ONCE, _HEARD, _WAIT = 60, 1, 2
@@ -57,10 +57,10 @@ DISGUISES = {
 def robot(monkeypatch):
     """A client of a robot that understands "go to the sofa" whatever is said."""
     monkeypatch.setattr(LiveMap, "vocabulary", lambda live_map: [])
-    monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_, **__: None)
-    monkeypatch.setattr(dialogue.Recogniser, "learn", lambda *_: None)
+    monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
+    monkeypatch.setattr(recordings.Recogniser, "learn", lambda *_: None)
     understood = Utterance("go to the sofa", GoTo(("sofa",)))
-    monkeypatch.setattr(dialogue.Recogniser, "hear", lambda *_: understood)
+    monkeypatch.setattr(recordings.Recogniser, "hear", lambda *_: understood)
     with served() as server, DocumentedClient(server.url, timeout=60.0) as http:
         yield http
 
@@ -223,10 +223,10 @@ def loop_lateness():
 
 def test_of_sixty_recordings_two_wait_and_state_and_motion_go_on(robot, monkeypatch):
     over = threading.Event()
-    monkeypatch.setattr(dialogue, "_PATIENCE", DEADLINE)
-    hear = dialogue.Recogniser.hear
+    monkeypatch.setattr(recordings, "_PATIENCE", DEADLINE)
+    hear = recordings.Recogniser.hear
     monkeypatch.setattr(
-        dialogue.Recogniser, "hear", lambda *given: over.wait(DEADLINE) and hear(*given)
+        recordings.Recogniser, "hear", lambda *given: over.wait(DEADLINE) and hear(*given)
     )
     content = recorded_by("a program", seconds=5.0)
     assert len(content) > 900_000

@@ -1,12 +1,15 @@
-"""HTTP requests that no stranger can make take long to read."""
+"""HTTP requests and WebSockets that no stranger can make take long to read."""
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from vizbot.operator.api.connections.head import END, read_head
+from vizbot.operator.api.connections.token_bucket import TokenBucket
 
 _LONGEST_HEAD = 16 * 1024
 """[bytes]"""
@@ -17,6 +20,8 @@ _REFUSAL = (
     b"HTTP/1.1 400 Bad Request\r\nContent-Type: application/json\r\nContent-Length: %d\r\n"
     b"Connection: close\r\n\r\n%b" % (len(_REASON), _REASON)
 )
+RATE, BURST = 8 * 1024, 6 * 1024
+"""Bytes a second that a client may send in the long run, and at once; who drives sends 3 KB/s."""
 
 
 class BoundedHttp(H11Protocol):
@@ -28,7 +33,6 @@ class BoundedHttp(H11Protocol):
     """
 
     def __init__(self, *args: Any, **settings: Any) -> None:
-        """Create it as uvicorn does."""
         super().__init__(*args, **settings)
         self._head: bytes | None = b""  # what has come of it; None once it is whole
         self._at_once: int | None = None  # of a body; None for all that has come
@@ -55,3 +59,22 @@ class BoundedHttp(H11Protocol):
         while data and not self.transport.is_closing() and self.transport.get_protocol() is self:
             super().data_received(data[:size])
             data = data[size:]
+
+
+class BoundedWebSocket(WebSocketsSansIOProtocol):
+    """The protocol of a WebSocket, which is cut off before a flood is even read as messages.
+
+    Thousands of tiny frames fit into what is received at once, and to read them takes the
+    interpreter from all other threads.
+    """
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        self._bucket = TokenBucket(RATE, BURST, time.monotonic())
+
+    def data_received(self, data: bytes) -> None:
+        """Read what was received, unless it is too much."""
+        if self._bucket.take(time.monotonic(), len(data)):
+            super().data_received(data)
+        else:
+            self.transport.abort()

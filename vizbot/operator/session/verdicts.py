@@ -1,4 +1,4 @@
-"""The place that the robot goes up to because it may be the goal, as people are asked about it."""
+"""The places of which people are asked whether they are the goal."""
 
 from __future__ import annotations
 
@@ -8,11 +8,30 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.observer import Step
+from vizbot.core.observer import GoalReport, Step
 from vizbot.objectnav.looks import APART
 
 _NO_ARTICLE = re.compile(r"(the|an?|my|our|your|this|that|some) .*|.*[^suai]s", re.IGNORECASE)
 """Goals that take none: one that has it, and what looks like a plural."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Arrival:
+    """Where the robot has arrived last. Another search or another map ends it.
+
+    Attributes:
+        number: Of the task.
+        report: On its goal.
+        picture: JPEG of what was found, with a box around it; None where no picture was kept.
+        no_picture: Why no picture was kept, in one line; empty where one was.
+        confirmed: Whether somebody says that it is what was asked for; None before.
+    """
+
+    number: int
+    report: GoalReport
+    picture: bytes | None
+    no_picture: str = ""
+    confirmed: bool | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -69,11 +69,6 @@ class Phrasing:
     """
 
     def __init__(self, spoken: Mapping[str, Any]) -> None:
-        """Take over a language.
-
-        Args:
-            spoken: As its file has it.
-        """
         self._openings, self._articles = spoken["openings"], spoken["articles"]
         self.joins, self.ends = spoken["joins"], spoken["ends"]
         self.apart = frozenset(spoken["apart"])
@@ -88,12 +83,7 @@ class Phrasing:
         ]
 
     def continued(self, sentence: Sentence, goals: Sequence[str]) -> list[Sentence]:
-        """All sentences that a sentence may become with one piece more.
-
-        Args:
-            sentence: One that is not done.
-            goals: Phrases that may be asked for.
-        """
+        """All sentences that a sentence may become with one piece more."""
         match sentence.stage:
             case Stage.OPENING:
                 return [_with(sentence, words, Stage.VERB) for words in self._openings]
