@@ -7,11 +7,8 @@ from pathlib import Path
 
 from benchmarks.claims.claims import read_claims
 from benchmarks.claims.facts import kept_facts
-from benchmarks.fast_world.page import belief_page, write_belief_picture
-from benchmarks.fast_world.ranking import ranking_page
 from benchmarks.faults.page import faults_page
 from benchmarks.objectnav.others_page import others_page
-from benchmarks.objectnav.scoreboard import scoreboard_page, write_scoreboard_page
 from benchmarks.objectnav.search_page import search_page
 from benchmarks.planner.page import planner_page
 from benchmarks.questions.page import questions_page
@@ -24,13 +21,10 @@ RESULTS = Path("docs/results")
 ROWS = RESULTS / "rows"
 """Folder of the folders of published rows."""
 MADE: Mapping[str, Callable[[Path, Path], str]] = {
-    "belief": belief_page,
     "faults": faults_page,
     "others": others_page,
     "planner": planner_page,
     "questions": questions_page,
-    "ranking": ranking_page,
-    "scoreboard": scoreboard_page,
     "search": search_page,
     "search_repaired": search_page,
     "search_today": search_page,
@@ -47,9 +41,7 @@ def page_of(folder: Path) -> Path:
 
 
 def write_pages() -> list[Path]:
-    """Write the pages and draw their pictures anew from their kept rows; the paths of the pages."""
-    write_scoreboard_page(ROWS / "scoreboard", RESULTS / "scoreboard.md")
-    write_belief_picture(ROWS / "belief", RESULTS / "belief.md")
+    """Write the pages anew from their kept rows; the paths of the pages."""
     texts = _made_pages()
     for path, text in texts.items():
         write_whole(path, text.encode())

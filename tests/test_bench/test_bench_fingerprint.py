@@ -206,19 +206,6 @@ def test_oracles_and_ablations_change_only_the_rows_that_use_them(checkout, row,
     assert key_of(row) != before[1]
 
 
-def test_a_row_without_errors_has_a_key_of_its_own():
-    exact = Variant("exact calibration", Config(), exact=True)
-    assert key_of(exact) not in (key_of(DEFAULT), key_of(Variant("true pose", Config(), "pose")))
-
-
-def test_an_oracle_is_known_to_be_of_its_robot():
-    robot, true = key_of(DEFAULT), key_of(Variant("true pose", Config(), "pose"))
-    assert fingerprint.is_oracle_key_of(true, robot)
-    another = key_of(Variant("default", with_scales(Config(), (0,))))
-    assert not fingerprint.is_oracle_key_of(true, another)
-    assert not fingerprint.is_oracle_key_of(robot, robot)
-
-
 def test_a_fingerprint_holds_until_a_source_changes(checkout):
     taken = Fingerprint.taken("embedded")
     assert taken.still_holds()

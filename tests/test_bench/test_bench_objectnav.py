@@ -275,16 +275,6 @@ def test_where_nothing_failed_there_is_nobody_to_blame():
     assert single_goal.failed_and_as_many(results) == []
 
 
-def test_the_row_without_errors_is_driven_only_when_asked_for(fake, tmp_path):
-    single_goal.run_single_goal(asked(tmp_path, homes=(1100,)))
-    assert "exact calibration" not in {row for row, _ in fake}
-    wanted = asked(tmp_path, rows=("default", "exact calibration"), quick=True, homes=(1100,))
-    fake.clear()
-    single_goal.run_single_goal(wanted)
-    assert {row for row, _ in fake} == {"exact calibration"}
-    assert [v.name for v in single_goal.variants(Config()) if v.exact] == ["exact calibration"]
-
-
 def test_the_row_of_the_papers_method_is_driven_only_when_asked_for(fake, tmp_path):
     single_goal.run_single_goal(asked(tmp_path, homes=(1100,)))
     assert "paper" not in {row for row, _ in fake}
@@ -306,25 +296,3 @@ def test_the_papers_method_has_rows_of_its_own_beside_those_of_the_default(fake,
     assert both.summary == alone.summary
     scales = [line for line in both.text.splitlines() if line.startswith("| {1, 0, -1} ")]
     assert scales == [line for line in alone.text.splitlines() if line in scales]
-
-
-def test_what_the_errors_cost_is_said_of_the_episodes_that_both_rows_have():
-    default, *_, exact = single_goal.variants(Config())
-    episodes = [Episode(1100, (goal,)) for goal in GOALS]
-    results = {
-        "default": [driven((default, e), ("bed", "sofa", "window")) for e in episodes],
-        "exact calibration": [driven((exact, e), ("kitchen",)) for e in episodes[:4]],
-    }
-    outcome = single_goal.single_goal_result(results)
-    summary = outcome.summary
-    assert [summary[key] for key in ("exact_episodes", "lost_by_errors", "won_by_errors")] == [
-        4, 2, 1
-    ]  # fmt: skip
-    assert summary["errors_p"] == 1.0
-    assert "2 are reached only without the errors, 1 only with them" in outcome.text
-    assert cells(outcome.text, "with the errors")[:2] == ["4", "50.0"]
-    assert cells(outcome.text, "exact calibration")[:2] == ["4", "75.0"]
-    assert "0.4 degrees" in outcome.text and "5 mm" in outcome.text and "0.7 %" in outcome.text
-    # The ablation is of the robot with its errors.
-    scales = next(line for line in outcome.text.splitlines() if line.startswith("| {1, 0, -1} "))
-    assert [cell.strip() for cell in scales.split("|")[4:5]] == ["40.0"]
