@@ -36,6 +36,7 @@ from benchmarks.options import (
     QuickOption,
     SeedsOption,
     SettingsOption,
+    folder_for,
     seeds_of,
 )
 from benchmarks.planner import bench as planner
@@ -241,7 +242,7 @@ def run_slam(
             stride or 1,
             vocabulary,
             settings.perception.slam,
-            out or TRAJECTORIES / sequence.resolve().name,
+            folder_for(out, TRAJECTORIES / sequence.resolve().name),
             1 if quick else slam.RUNS,
         )
         _print(slam.run_slam(bench), as_json)
@@ -249,7 +250,7 @@ def run_slam(
     if (stride, vocabulary, intrinsics) != (None, None, None):
         raise ConfigError("--stride, --vocabulary and --intrinsics are for a recording; give SEQ")
     _require_own_folder(out, config)
-    homes, folder = seeds_of(seeds), out or RUNS / "slam"
+    homes, folder = seeds_of(seeds), folder_for(out, RUNS / "slam")
     if hours is None:
         _print(slam_homes.run_slam_homes(homes, quick, settings, folder), as_json)
         return
@@ -277,7 +278,7 @@ def run_questions(
 ) -> None:
     """Ask the map of a recording where things are."""
     _require_own_folder(out, config)
-    folder = out or RUNS / "questions"
+    folder = folder_for(out, RUNS / "questions")
     _print(questions.run_questions(sequence, asked, load_config(config, clip), folder), as_json)
 
 
@@ -286,7 +287,7 @@ def run_planner(
     quick: QuickOption = False, out: OutOption = None, as_json: JsonOption = False
 ) -> None:
     """Time planners; a whole run also writes its page."""
-    folder = out or (None if quick else RUNS / "planner")
+    folder = None if quick and out is None else folder_for(out, RUNS / "planner")
     _print(planner.run_planner(quick, folder), as_json)
     if folder is not None and not quick:
         _write_page(planner_page, folder)
@@ -314,7 +315,7 @@ def run_faults(
     as_json: JsonOption = False,
 ) -> None:
     """Run drives and missions with faults; all of them also write their page."""
-    homes, folder = seeds_of(seeds) or faults.HOMES, out or RUNS / "faults"
+    homes, folder = seeds_of(seeds) or faults.HOMES, folder_for(out, RUNS / "faults")
     faults.require_homes(homes)
     _print(faults.run_faults(faults.FaultBench(homes, quick, folder)), as_json)
     if homes == faults.HOMES and not quick:
@@ -351,7 +352,8 @@ def _run_board(
     fingerprint = Fingerprint.taken(config.clip)
     if not fingerprint.clean:
         echo(f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True)
-    kept = options.out or folder or (QUICK_SHARE if options.quick else SCOREBOARD)
+    default = folder or (QUICK_SHARE if options.quick else SCOREBOARD)
+    kept = folder_for(options.out, default)
     plan = BenchPlan(config, kept, fingerprint, worlds or homes, options.quick, chosen, goals)
     _print(run(plan), options.as_json)
     if plan.full:
@@ -369,7 +371,7 @@ def _run_fast(options: BoardOptions, rows: str | None) -> None:
             )
     chosen = _known_rows(rows, [rule.name for rule in fast_world.rules(config)])
     made = Fingerprint.taken(config.clip)
-    folder = options.out or FAST_WORLD
+    folder = folder_for(options.out, FAST_WORLD)
     plan = BenchPlan(config, folder, made, seeds, options.quick, chosen)
     _print(fast_world.run_fast(plan), options.as_json)
 

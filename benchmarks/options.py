@@ -14,17 +14,6 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_folder
 from vizbot.core.method import Method
 
-
-def _writable(folder: Path | None) -> Path | None:
-    """Refuse a folder that results cannot be written to before they are made."""
-    if folder is not None:
-        try:
-            require_folder(folder)
-        except OSError as error:
-            raise ConfigError(f"--out {folder}: {error.strerror}; give another folder") from error
-    return folder
-
-
 SeedsOption = Annotated[
     str | None,
     typer.Option("--seeds", help="Homes, for example 1000,1001; else those of the scoreboard."),
@@ -57,7 +46,6 @@ OutOption = Annotated[
     Path | None,
     typer.Option(
         "--out",
-        callback=_writable,
         help="Folder of the results; else one in runs. Published ones: docs/results/rows.",
     ),
 ]
@@ -74,6 +62,21 @@ class BoardOptions:
     config: SettingsOption = None
     out: OutOption = None
     as_json: JsonOption = False
+
+
+def folder_for(out: Path | None, default: Path) -> Path:
+    """The folder of --out, else the default.
+
+    Raises:
+        ConfigError: results cannot be written to it, which is said before they are made.
+    """
+    if out is None:
+        return default
+    try:
+        require_folder(out)
+    except OSError as error:
+        raise ConfigError(f"--out {out}: {error.strerror}; give another folder") from error
+    return out
 
 
 def seeds_of(text: str | None) -> tuple[int, ...] | None:

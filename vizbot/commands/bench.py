@@ -54,4 +54,4 @@ def _is_checkout(root: Path) -> bool:
         project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, KeyError):
         return False
-    return project.get("name") == "vizbot"
+    return bool(project.get("name") == "vizbot")
