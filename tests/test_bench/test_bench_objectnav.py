@@ -97,7 +97,7 @@ def test_oracles_repeat_what_failed_and_as_many_that_succeeded(fake, tmp_path):
 
 
 def test_only_failures_that_every_oracle_repeated_are_told_to_be_mended_or_not():
-    default, *_, pose, depth, encoder, true_map, _ = single_goal.variants(Config())
+    default, *_, pose, depth, encoder, true_map = single_goal.variants(Config())
     episodes = [Episode(1000, (goal,)) for goal in ("sofa", "window")]
     results = {
         v.name: [driven((v, e), ("sofa", "window")) for e in episodes]
