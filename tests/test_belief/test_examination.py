@@ -1,16 +1,10 @@
-"""The examination of the belief: what is missed at the first pass, and what the page says of it."""
+"""The examination of the belief: what is missed at the first pass, and whether it holds."""
 
-import json
-from dataclasses import asdict
-
-import cv2
 import numpy as np
 import pytest
 
 from benchmarks.fast_world import examination
-from benchmarks.fast_world.curves import COLOURS
 from benchmarks.fast_world.examination import (
-    ASKED,
     HELD_OUT,
     WALKS,
     Passes,
@@ -21,7 +15,6 @@ from benchmarks.fast_world.examination import (
     platt,
 )
 from benchmarks.fast_world.fit import HOMES, SeenHome
-from benchmarks.fast_world.page import FILE, PICTURE, belief_page, write_belief_picture
 from benchmarks.fast_world.views import HEADINGS
 
 VIEWS = 5
@@ -122,26 +115,3 @@ def test_platt_gives_probabilities_that_hold_where_they_were_fitted():
     fitted, other = Passes(values=[values], there=[there]), Passes(values=[values], there=[there])
     platt(fitted, other)
     assert other.values[0] == pytest.approx(1 / (1 + np.exp(-(2.0 * values - 1.0))), abs=0.02)
-
-
-def test_the_page_tells_both_and_its_picture_is_drawn(tmp_path):
-    assert belief_page(tmp_path, tmp_path / "belief.md") == ""
-    write_belief_picture(tmp_path, tmp_path / "belief.md")
-    assert not (tmp_path / PICTURE).exists()
-    believed, cosine = passes_in([corridor()], [7])
-    platt(cosine, cosine)
-    kept = {
-        "commit": "c0ffee", "encoder": "embedded", "homes": [7], "passes": WALKS, "wrong_places": 9,
-        "belief": asdict(examined(believed)), "cosine": asdict(examined(cosine)),
-        "things": asdict(missed_at(believed, ASKED)), "rooms": asdict(missed_at(believed, ASKED)),
-        "after_refutation": {
-            "count": 8, "believed": 0.4, "right": 0.5, "over_homes": (0.3, 0.6),
-        },
-    }  # fmt: skip
-    (tmp_path / FILE).write_text(json.dumps(kept))
-    text = belief_page(tmp_path, tmp_path / "belief.md")
-    assert "c0ffee" in text and f"{kept['belief']['log_loss']:.4f}" in text
-    write_belief_picture(tmp_path, tmp_path / "belief.md")
-    drawn = cv2.imread(str(tmp_path / PICTURE))
-    for colour in COLOURS.values():
-        assert (np.abs(drawn.astype(int) - colour).max(axis=2) < 3).sum() > 100

@@ -18,7 +18,7 @@ def plans(monkeypatch):
         return BenchResult("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
 
     monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
-    monkeypatch.setattr(bench, "write_scoreboard_page", lambda folder, page, config: True)
+    monkeypatch.setattr(bench, "write_search_page", lambda folder, page: True)
     made_at(monkeypatch, "c0ffee")
     return asked
 
@@ -51,9 +51,9 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
 
 
 def test_published_rows_are_made_again_where_they_lie_and_so_is_their_page(vizbot, plans):
-    rows = "docs/results/rows/scoreboard"
+    rows = "docs/results/rows/search"
     code, _, err = vizbot("objectnav", "--out", rows)
-    assert code == 0 and err == "written: docs/results/scoreboard.md\n"
+    assert code == 0 and err == "written: docs/results/search.md\n"
     assert str(plans[0].folder) == rows
 
 
@@ -96,10 +96,10 @@ def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, plans, monk
 
 
 def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, plans, monkeypatch):
-    def broken(folder, page, config):
+    def broken(folder, page):
         raise ConfigError(f"cannot write {page}")
 
-    monkeypatch.setattr(bench, "write_scoreboard_page", broken)
+    monkeypatch.setattr(bench, "write_search_page", broken)
     code, out, err = vizbot("objectnav")
     assert (code, out) == (1, "| a table |\n")
     assert "cannot write runs/bench/scoreboard.md" in err

@@ -29,11 +29,7 @@ import pytest
 import typer
 
 FOLDERS = ("benchmarks", "sim_stubs/scoring", "vizbot/objectnav", "mapping/clip")
-PICTURES = (
-    "benchmarks/slam/drawing.py",
-    "benchmarks/objectnav/episode_pictures.py",
-    "benchmarks/fast_world/curves.py",
-)
+PICTURES = ("benchmarks/slam/drawing.py",)
 """Modules that only draw: people look at what they make, and no result depends on it."""
 KINDS = ("comparison", "constant", "condition", "verdict")
 MOST_FILES, LONGEST = 3, 300.0

@@ -24,7 +24,7 @@ from benchmarks.harness.bench_plan import (
 from benchmarks.harness.fingerprint import Fingerprint
 from benchmarks.loop import bench as loop
 from benchmarks.objectnav import absent, multi_goal, retrieval, single_goal
-from benchmarks.objectnav.scoreboard import write_scoreboard_page
+from benchmarks.objectnav.search_page import write_search_page
 from benchmarks.planner import bench as planner
 from benchmarks.planner.page import planner_page
 from benchmarks.questions import bench as questions
@@ -291,7 +291,7 @@ def _run_scoreboard(options: BenchOptions) -> None:
     _print(result, options.as_json)
     if plan.full:
         page = pages.page_of(folder)
-        if write_scoreboard_page(folder, page, config):
+        if write_search_page(folder, page):
             echo(f"written: {page}", err=True)
 
 
