@@ -252,13 +252,13 @@ def _ablation(scores: Mapping[str, NavigationScore]) -> str:
             over_homes = percent_range(score.success_over_homes)
             ours = [score.success, interval_text(score.success), over_homes]
         rows.append([scale_set_text(scales), features, str(success), *ours])
-    header = ("scales", "features per image", f"SR ({paper_figures.MARK})", "SR of vizbot",
+    header = ("scales", "features per image", f"SR ({paper_figures.HEAD})", "SR of vizbot",
               "95 % (Wilson)", "95 % over homes")  # fmt: skip
     return markdown_table(header, rows)
 
 
 def oracle_table(results: Results) -> str:
-    """A table of the oracles: which failures each one mends, and which successes it keeps.
+    """A table of the oracles: which failures succeed with each one, and which successes stay.
 
     Empty without an episode that both the default row and an oracle drove.
     """
@@ -284,8 +284,8 @@ def oracle_table(results: Results) -> str:
     failed = [episode for episode in in_all if not default[episode]]
     mended = sum(any(row[episode].success for row in true.values()) for episode in failed)
     verdict = (
-        f"Of {len(failed)} failed episodes that every oracle repeated, the truth about one"
-        f" part mends {mended}."
+        f"Of {len(failed)} failed episodes that every oracle repeated, {mended} succeed with the"
+        " truth about one part or another."
     )
     if fail := len(failed) - mended:
         verdict += (

@@ -65,9 +65,9 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
 
 
 def test_published_rows_are_made_again_where_they_lie_and_so_is_their_page(vizbot, plans):
-    rows = "docs/results/rows/scoreboard"
+    rows = "docs/results/rows/search"
     code, _, err = vizbot("objectnav", "--out", rows)
-    assert code == 0 and err == "written: docs/results/scoreboard.md\n"
+    assert code == 0 and err == "written: docs/results/search.md\n"
     assert str(plans[0].folder) == rows
 
 
