@@ -56,10 +56,6 @@ class Mind(Protocol):
         """What to do in this step."""
         ...
 
-    def refute(self) -> bool:
-        """Tell it that it has not arrived; whether it can go on."""
-        ...
-
 
 class _ElementMap:
     """The CLIP map of one goal, and from where its elements were seen."""
@@ -113,10 +109,6 @@ class PaperMind:
     def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
         """What to do in this step."""
         return self._search.go(self._goal, self._elements.sightings(), grid, T_map_base)
-
-    def refute(self) -> bool:
-        """It has no way to be told."""
-        return False
 
 
 class BeliefMind:
@@ -178,8 +170,3 @@ class BeliefMind:
         )
         belief = self._search.as_judged(self._goal, belief)
         return self._search.go(self._goal, belief, grid, T_map_base)
-
-    def refute(self) -> bool:
-        """Tell it that it has not arrived."""
-        self._search.refute()
-        return True
