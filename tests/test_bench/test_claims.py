@@ -150,7 +150,7 @@ def test_a_table_of_results_that_was_changed_by_hand_is_found(tmp_path, monkeypa
     assert pages.problems() == []
     (tmp_path / "README.md").write_text(text.replace("Text.", "Text, 4 times."))
     [line] = pages.problems()
-    assert "'Text, 4 times.' is in no claim" in line
+    assert "Text, 4 times.' is in no claim" in line
 
 
 def test_of_each_mutant_the_last_line_counts_and_none_that_fails_at_import(tmp_path):
