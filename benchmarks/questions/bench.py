@@ -144,7 +144,7 @@ def _true_poses(
 
 
 def _mapped(sequence: Path, config: Config, encoder: ClipEncoder) -> MapBundle:
-    with Rig(config, str(sequence), "none", "") as rig:
+    with Rig(config, str(sequence), "none") as rig:
         pipeline = Pipeline(rig.devices, encoder, config, [])
         watch(pipeline, [])
     bundle = pipeline.bundle()

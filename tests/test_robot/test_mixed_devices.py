@@ -16,7 +16,7 @@ from vizbot import rig
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.types import BaseMode, BaseState, Twist
-from vizbot.mixed_devices import FollowedBase
+from vizbot.rehearsal.mixed_devices import FollowedBase
 
 
 class Wall:

@@ -9,7 +9,7 @@ import sys
 from contextlib import suppress
 from typing import NoReturn
 
-from vizbot.cli.app import main
+from vizbot.cli import stop
 
 
 def run() -> NoReturn:
@@ -20,9 +20,14 @@ def run() -> NoReturn:
     then ends in a segmentation fault. What is to be done at the exit is done, and nothing else;
     who does not want to wait for that ends it by Ctrl-C.
     """
+    code: int | str | None = None
     try:
-        main()
-        code: int | str | None = 0
+        if sys.argv[1:2] == ["stop"]:
+            code = stop.main(sys.argv[2:])
+        if code is None:
+            from vizbot.cli.app import main  # loads what a stop does without
+
+            main()
     except SystemExit as end:
         code = end.code
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import tomlkit
 from rich.console import Console
 from rich.table import Table
 
-from sim_stubs.world.world_spec import require_world
 from vizbot.calibration.drive import record
 from vizbot.calibration.solve import Calibration, solve
 from vizbot.commands.config.discovery import load_settings, settings_file
@@ -21,6 +20,9 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable, write_whole
 from vizbot.operator.printing import echo
 from vizbot.rig import Rig, require_devices
+
+if TYPE_CHECKING:  # loads the simulator
+    from vizbot.rehearsal.rig import Rig as RehearsalRig
 
 _LONGEST_LINE = 1000
 """Letters of an answer that are read at most."""
@@ -46,14 +48,16 @@ def run(options: CalibrateOptions) -> None:
     if camera not in ("sim", "realsense"):
         raise ConfigError(f"--camera {camera} cannot be calibrated; use realsense or sim")
     if "sim" in (camera, base):
-        require_world(options.world)
+        from vizbot.rehearsal.choice import choose
+
+        choose(camera, base, options.world)
     require_devices(config, camera, base)
     if not options.yes and base == "roomba":
         echo("The robot turns twice to each side and drives 1.5 m ahead and back.")
         echo("2 m ahead must be free. Enter to start.")
         if not sys.stdin.readline(_LONGEST_LINE):
             raise ConfigError("nobody confirmed that the robot may drive; use --yes")
-    with Rig(config, camera, base, options.world) as rig:
+    with _opened(config, options) as rig:
         samples = record(rig.devices, config, lambda line: echo(line, err=True))
     found = solve(samples, config)
     written = False
@@ -68,6 +72,14 @@ def run(options: CalibrateOptions) -> None:
         else:
             by_hand = tomlkit.dumps(_settings(found))
             echo(f"\nadd this to the robot's settings:\n\n{by_hand}")
+
+
+def _opened(config: Config, options: CalibrateOptions) -> Rig | RehearsalRig:
+    if "sim" not in (options.camera, options.base):
+        return Rig(config, options.camera, options.base)
+    from vizbot.rehearsal.rig import Rig as RehearsalRig
+
+    return RehearsalRig(config, options.camera, options.base, options.world)
 
 
 def updated(config_path: Path | None, found: Calibration) -> str:

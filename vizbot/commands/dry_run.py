@@ -6,8 +6,6 @@ import json
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from sim_stubs.clock import SimulatedClock
-from sim_stubs.world.plan_process import PlanProcess
 from vizbot.commands.open_run import OpenRun, open_run
 from vizbot.commands.options import DryRunOptions
 from vizbot.commands.run_plan import DryRunPlan
@@ -21,6 +19,7 @@ from vizbot.pipeline import Pipeline
 
 if TYPE_CHECKING:
     from vizbot.commands.serve import ServedRun  # its module loads the console's server
+    from vizbot.rehearsal.plan_process import PlanProcess
 
 
 def run(plan: DryRunPlan, options: DryRunOptions, world: PlanProcess | None = None) -> bool:
@@ -48,7 +47,7 @@ def run(plan: DryRunPlan, options: DryRunOptions, world: PlanProcess | None = No
             | {
                 "camera": choice.camera,
                 "base": choice.base,
-                "world": choice.world if opened.rig.world is not None else None,
+                "world": choice.world or None,
             }
         )
         _print(opened, metrics, options, failure)
@@ -130,10 +129,11 @@ def _to_the_end(pipeline: Pipeline, work: Callable[[], bool]) -> tuple[bool, Bas
 
 
 def _metrics(opened: OpenRun, claimed: bool, failure: BaseException | None) -> dict[str, object]:
-    success, scorer, clock = claimed, opened.scorer, opened.rig.devices.clock
+    success, clock, rehearsal = claimed, opened.rig.devices.clock, opened.rehearsal
+    scorer = None if rehearsal is None else rehearsal.scorer
     if scorer is not None:
         success = failure is None and all(verdict.success for verdict in scorer.verdicts)
-    lockstep_world = opened.rig.world if isinstance(clock, SimulatedClock) else None
+    lockstep_world = rehearsal.world if rehearsal is not None and clock.simulated else None
     return {
         "success": success,
         "judged": scorer is not None,
@@ -157,7 +157,8 @@ def _print(
 ) -> None:
     if opened.notice:
         echo(opened.notice, err=True)
-    for verdict in opened.scorer.verdicts if opened.scorer is not None else ():
+    scorer = None if opened.rehearsal is None else opened.rehearsal.scorer
+    for verdict in () if scorer is None else scorer.verdicts:
         if not verdict.success:
             echo(f"the scorer says: {verdict.reason}", err=True)
     if options.as_json:

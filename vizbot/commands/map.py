@@ -49,7 +49,7 @@ def build(options: MapBuildOptions) -> None:
     truth = sequence / "groundtruth.txt"
     known = read_trajectory(truth) if truth.exists() else None
     frames = _TrackedFrames()
-    with Rig(config, str(sequence), "none", "", recording) as rig:
+    with Rig(config, str(sequence), "none", recording) as rig:
         from vizbot.commands.progress import Progress, parts_with_bank
         from vizbot.mission import watch
         from vizbot.pipeline import Pipeline

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from benchmarks.episodes.encoder_scale import EncoderScale
 from vizbot.core.method import Method
-from vizbot.operator.client.endpoint import LANGUAGE, PORT, SPEECH, Service
+from vizbot.operator.client.endpoint import LANGUAGE, SPEECH, Service
+from vizbot.operator.client.stop import PORT
 
 ConfigOption = Annotated[
     Path | None,
@@ -282,7 +282,7 @@ class BenchOptions:
         typer.Option("--method", help="objectnav, multi: drive the row of this method."),
     ] = None
     encoder_scale: Annotated[
-        EncoderScale | None,
+        Literal["clip", "offset", "unknown"] | None,
         typer.Option(
             "--encoder-scale",
             help="Cosines like CLIP's; offsets, too; scale unknown: objectnav, retrieval, absent.",

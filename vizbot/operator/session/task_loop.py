@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 
-from sim_stubs.clock import SimulatedClock
 from vizbot.behaviours.errand import Errand
 from vizbot.config import ObjectNavConfig
 from vizbot.core.interfaces import Clock
@@ -122,7 +121,7 @@ def _end(
 
 def _by_hand(clock: Clock, base: TwistMux) -> Callable[[], None]:
     """The commands beside the loop: in lockstep once a period, on the wall clock every 20 ms."""
-    if isinstance(clock, SimulatedClock):
+    if clock.simulated:
         return base.hold
 
     def hold() -> None:

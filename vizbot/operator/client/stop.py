@@ -1,0 +1,126 @@
+"""The stop of a running robot, by the standard library alone: nothing else is loaded before it."""
+
+from __future__ import annotations
+
+import getpass
+import json
+import socket
+import time
+from contextlib import ExitStack
+from urllib.parse import urlsplit
+
+from vizbot.core.errors import ConfigError, DeviceError
+
+PORT = 8787
+HERE = f"http://127.0.0.1:{PORT}"
+"""Address of the robot that runs on this machine."""
+_TIMEOUT = 12.0
+"""Longest wait for the answer [s]."""
+_MAX_ANSWER = 64 * 1024
+"""What answers with more than this is no robot [bytes]."""
+
+
+def send_stop(url: str) -> None:
+    """Stop the robot now; it asks for no token.
+
+    Args:
+        url: As `launch` shows it.
+
+    Raises:
+        ConfigError: the URL is not valid.
+        DeviceError: the robot does not answer.
+    """
+    url = url.rstrip("/")
+    try:
+        status, body = _posted(url, json.dumps({"who": whoami()}).encode())
+    except (OSError, ValueError) as error:
+        if "CERTIFICATE_VERIFY_FAILED" in str(error):
+            raise DeviceError(
+                f"the certificate of {url} is not trusted here ({error}); name it:"
+                " SSL_CERT_FILE=robot.pem"
+            ) from error
+        raise DeviceError(
+            f"no robot answers at {url} ({error}); start `vizbot launch` there or give another"
+            " --url"
+        ) from error
+    try:
+        answer = json.loads(body)
+    except (ValueError, RecursionError):
+        answer = None
+    said = answer if isinstance(answer, dict) else {}
+    if status >= 400 and isinstance(said.get("detail"), str):
+        raise DeviceError(f"the robot at {url} refuses: {said['detail']}")
+    if status != 200 or said.get("stopped") is not True:
+        raise DeviceError(
+            f"what answers at {url} is no vizbot, or one of another version; give another --url, or"
+            " the same version on both machines"
+        )
+
+
+def whoami() -> str:
+    """The user's name; where there is none, a stop is sent all the same."""
+    try:
+        return getpass.getuser().encode(errors="replace").decode()
+    except Exception:
+        return "somebody"
+
+
+def _posted(url: str, content: bytes) -> tuple[int, bytes]:
+    """HTTP status and body of the answer to a stop.
+
+    Raises:
+        ConfigError: the URL is not valid.
+        OSError: nothing answers there.
+        ValueError: what answers is no HTTP, or too much or too late.
+    """
+    try:
+        parts = urlsplit(url)
+        host, port = parts.hostname, parts.port or {"http": 80}.get(parts.scheme, 443)
+        address = parts.netloc.rpartition("@")[2]
+    except ValueError as error:
+        raise ConfigError(f"--url {url}: {error}; give one like http://robot:8787") from error
+    if not url.startswith(("http://", "https://")) or not host:
+        raise ConfigError(f"--url {url!r} is no address; give one like http://robot:8787")
+    head = (
+        f"POST {parts.path}/stop HTTP/1.0\r\nHost: {address}\r\n"
+        "Content-Type: application/json\r\nAccept-Encoding: identity\r\n"
+        f"Content-Length: {len(content)}\r\n\r\n"
+    )
+    until, received = time.monotonic() + _TIMEOUT, bytearray()
+    with ExitStack() as opened:
+        link = opened.enter_context(socket.create_connection((host, port), _TIMEOUT))
+        if parts.scheme == "https":
+            import ssl  # takes longer to load than all else
+
+            # As everywhere on this machine: SSL_CERT_FILE names a certificate that is not public.
+            trusted = ssl.create_default_context()
+            link = opened.enter_context(trusted.wrap_socket(link, server_hostname=host))
+        link.sendall(head.encode("ascii") + content)
+        while part := link.recv(_MAX_ANSWER):
+            received += part
+            if len(received) > _MAX_ANSWER:
+                raise ValueError(f"an answer of more than {_MAX_ANSWER} bytes")
+            if time.monotonic() > until:
+                raise ValueError("an answer that does not end")
+    return _read(bytes(received))
+
+
+def _read(received: bytes) -> tuple[int, bytes]:
+    """Status and body of an answer.
+
+    Raises:
+        ValueError: it is no HTTP, packed, or cut off.
+    """
+    head, end, body = received.partition(b"\r\n\r\n")
+    first, *lines = head.decode("latin-1").split("\r\n")
+    version, _, rest = first.partition(" ")
+    if not end or not version.startswith("HTTP/1.") or not rest[:3].isdecimal():
+        raise ValueError("it speaks no HTTP")
+    fields = (line.partition(":") for line in lines)
+    headers = {name.lower(): value.strip() for name, _, value in fields}
+    if headers.get("content-encoding", "identity") != "identity":
+        raise ValueError("a packed answer, which was not asked for")
+    length = headers.get("content-length", "")
+    if length.isdecimal() and len(body) < int(length):
+        raise ValueError("half an answer")
+    return int(rest[:3]), body
