@@ -74,7 +74,7 @@ def _stops(runs: int) -> list[Wait]:
 
 
 class _StoppedRobot(BaseHTTPRequestHandler):
-    def do_POST(self) -> None:  # noqa: N802
+    def do_POST(self) -> None:
         self.rfile.read(int(self.headers["Content-Length"]))
         self.send_response(200)
         self.end_headers()
