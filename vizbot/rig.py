@@ -10,9 +10,10 @@ What of it is simulated is opened in `vizbot.rehearsal`.
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 from mapping.clip.checkpoint.checkpoint import SHORT_NAMES, find_checkpoint
 from mapping.clip.own_encoder import is_class_name, open_class, require_module
@@ -34,35 +35,20 @@ FETCHED_EASILY = f"`hf download {SHORT_NAMES['ViT-B/32']}`, then --clip ViT-B/32
 """How a person gets the smallest encoder of real pictures."""
 
 
-class Rig:
-    """The open devices of the robot, or a recording of its camera.
+@contextmanager
+def opened_devices(
+    config: Config, camera: str, base: str, recording: tuple[Intrinsics, float] | None = None
+) -> Iterator[Devices]:
+    """Open devices as `open_devices` does, and close them, the base first.
 
-    Attributes:
-        devices: The devices for the robot.
+    An interrupt comes after they are closed.
     """
-
-    def __init__(
-        self,
-        config: Config,
-        camera: str,
-        base: str,
-        recording: tuple[Intrinsics, float] | None = None,
-    ) -> None:
-        """Open everything, or nothing; arguments and errors are those of `open_devices`."""
-        with ExitStack() as opened:
-            self.devices = open_devices(config, camera, base, recording, opened)
-            self._opened = opened.pop_all()
-
-    def close(self) -> None:
-        """Close every device, the base first; an interrupt comes after it."""
+    opened = ExitStack()
+    try:
+        yield open_devices(config, camera, base, recording, opened)
+    finally:
         with holding_interrupts():
-            self._opened.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
+            opened.close()
 
 
 def open_devices(

@@ -103,7 +103,8 @@ def opened_with(recorder, bundle=bundle_of, close=lambda: None, finish=lambda: N
     """An open run, as far as it is written."""
     return OpenRun(
         config=Config(),
-        rig=SimpleNamespace(close=close),
+        devices=None,
+        close=close,
         rehearsal=None,
         pipeline=SimpleNamespace(
             bundle=bundle, finish=finish, map=SimpleNamespace(has_frames=False)

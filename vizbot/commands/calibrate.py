@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import tomlkit
 from rich.console import Console
@@ -16,13 +17,11 @@ from vizbot.calibration.solve import Calibration, solve
 from vizbot.commands.config.discovery import load_settings, settings_file
 from vizbot.commands.options import CalibrateOptions
 from vizbot.config import Config, load_config
+from vizbot.core.devices import Devices
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable, write_whole
 from vizbot.operator.printing import echo
-from vizbot.rig import Rig, require_devices
-
-if TYPE_CHECKING:  # loads the simulator
-    from vizbot.rehearsal.rig import Rig as RehearsalRig
+from vizbot.rig import opened_devices, require_devices
 
 _LONGEST_LINE = 1000
 """Letters of an answer that are read at most."""
@@ -57,8 +56,8 @@ def run(options: CalibrateOptions) -> None:
         echo("2 m ahead must be free. Enter to start.")
         if not sys.stdin.readline(_LONGEST_LINE):
             raise ConfigError("nobody confirmed that the robot may drive; use --yes")
-    with _opened(config, options) as rig:
-        samples = record(rig.devices, config, lambda line: echo(line, err=True))
+    with _opened(config, options) as devices:
+        samples = record(devices, config, lambda line: echo(line, err=True))
     found = solve(samples, config)
     written = False
     try:  # written before it is printed, which may fail
@@ -74,12 +73,16 @@ def run(options: CalibrateOptions) -> None:
             echo(f"\nadd this to the robot's settings:\n\n{by_hand}")
 
 
-def _opened(config: Config, options: CalibrateOptions) -> Rig | RehearsalRig:
+@contextmanager
+def _opened(config: Config, options: CalibrateOptions) -> Iterator[Devices]:
     if "sim" not in (options.camera, options.base):
-        return Rig(config, options.camera, options.base)
-    from vizbot.rehearsal.rig import Rig as RehearsalRig
+        with opened_devices(config, options.camera, options.base) as devices:
+            yield devices
+        return
+    from vizbot.rehearsal.rig import Rig
 
-    return RehearsalRig(config, options.camera, options.base, options.world)
+    with Rig(config, options.camera, options.base, options.world) as rig:
+        yield rig.devices
 
 
 def updated(config_path: Path | None, found: Calibration) -> str:

@@ -65,7 +65,7 @@ def _do_all(opened: OpenRun, goals: Sequence[str], options: DryRunOptions) -> bo
 
 def _drive_or_watch(opened: OpenRun, goals: Sequence[str]) -> bool:
     """Whether the robot believes that it has arrived everywhere, or a recording had frames."""
-    pipeline, devices = opened.pipeline, opened.rig.devices
+    pipeline, devices = opened.pipeline, opened.devices
     wanted = [pipeline.goal(goal) for goal in goals]
     max_steps = opened.config.objectnav.max_steps
     if devices.base is None:
@@ -81,7 +81,7 @@ def _drive_or_watch(opened: OpenRun, goals: Sequence[str]) -> bool:
 def _explore_and_ask(opened: OpenRun, goals: Sequence[str]) -> bool:
     """Whether nothing was left to see; then the map is asked for the goals all the same."""
     max_steps = opened.config.objectnav.max_exploration_steps
-    outcome, reason = explore_all(opened.pipeline, opened.rig.devices, max_steps)
+    outcome, reason = explore_all(opened.pipeline, opened.devices, max_steps)
     if outcome is not Outcome.EXPLORED:
         echo(f"the exploration has not come to its end: {reason}", err=True)
     _look_up_all(opened.pipeline, goals)
@@ -129,7 +129,7 @@ def _to_the_end(pipeline: Pipeline, work: Callable[[], bool]) -> tuple[bool, Bas
 
 
 def _metrics(opened: OpenRun, claimed: bool, failure: BaseException | None) -> dict[str, object]:
-    success, clock, rehearsal = claimed, opened.rig.devices.clock, opened.rehearsal
+    success, clock, rehearsal = claimed, opened.devices.clock, opened.rehearsal
     scorer = None if rehearsal is None else rehearsal.scorer
     if scorer is not None:
         success = failure is None and all(verdict.success for verdict in scorer.verdicts)
@@ -167,7 +167,7 @@ def _print(
         what = "was mapped" if metrics["map"] is not None else "is left of the run"
         echo(f"what {what} until then is in {opened.folder}", err=True)
     elif not options.as_json:
-        done = "processed" if opened.rig.devices.base is None else "arrived"
+        done = "processed" if opened.devices.base is None else "arrived"
         if options.serve:
             done = "ended"
         elif options.explore:

@@ -6,7 +6,7 @@ import logging
 import shlex
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
@@ -18,6 +18,7 @@ from vizbot.commands.progress import Progress, parts_with_bank
 from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.config import Config
+from vizbot.core.devices import Devices
 from vizbot.core.observer import Observer
 from vizbot.core.program.garbage import collecting_afterwards
 from vizbot.core.program.interrupts import (
@@ -31,14 +32,14 @@ from vizbot.operator.session.notifications import OutcomeFeedback
 from vizbot.operator.viewer.open_viewer import open_viewer
 from vizbot.pipeline import Pipeline, require_usable
 from vizbot.recorder import Recorder
-from vizbot.rig import Rig, open_encoder
+from vizbot.rig import open_encoder, opened_devices
 
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
     from vizbot.commands.serve import ServedRun  # its module loads the console's server
     from vizbot.perception.interfaces import PerceptionParts
     from vizbot.rehearsal.plan_process import PlanProcess
-    from vizbot.rehearsal.rig import Rig as RehearsalRig
+    from vizbot.rehearsal.rig import Rig
 
 
 log = logging.getLogger(__name__)
@@ -53,8 +54,9 @@ class OpenRun:
 
     Attributes:
         config: Its settings.
-        rig: Its devices.
-        rehearsal: The same where some of them are simulated, with the world around them; else None.
+        devices: Its devices, not those that people share.
+        close: Closes them.
+        rehearsal: What is simulated of and around them; None where nothing is.
         pipeline: Does the work, on the devices that people share where the run is served.
         recorder: Writes its folder.
         report: Draws its page.
@@ -64,8 +66,9 @@ class OpenRun:
     """
 
     config: Config
-    rig: Rig | RehearsalRig
-    rehearsal: RehearsalRig | None
+    devices: Devices
+    close: Callable[[], None]
+    rehearsal: Rig | None
     pipeline: Pipeline
     recorder: Recorder
     report: Report
@@ -147,14 +150,14 @@ def open_run(
         run_log = opened.enter_context(RunLog())
         log.info("vizbot %s: %s", __version__, shlex.join(sys.argv[1:]))
         with letting_interrupts_through():
-            encoder, parts, rig = _open_devices(plan, choice, world, opened)
-        rehearsal = None if isinstance(rig, Rig) else rig
+            held = opened.enter_context(ExitStack())
+            encoder, parts, own, rehearsal = _open_devices(plan, choice, world, held)
         where = f", world {choice.world}" if choice.world else ""
         log.info("devices open: camera %s, base %s%s", choice.camera, choice.base, where)
         if rehearsal is not None and rehearsal.world is not None and rehearsal.world.notice:
             echo(rehearsal.world.notice, err=True)
         recorder = Recorder(plan.folder, config)
-        run_log.open(recorder.folder, rig.devices.clock)
+        run_log.open(recorder.folder, own.clock)
         report = Report(recorder.folder, encoder.notice)
         notice = encoder.notice
         progress = Progress(config.objectnav.max_steps)
@@ -163,11 +166,11 @@ def open_run(
             encoder = rehearsal.disturbed(encoder)
             observers[1], *killer = rehearsal.on_faulty_disk(report)
             observers += killer
-        served = _shared(rig, recorder) if serve else None
+        served = _shared(own, recorder) if serve else None
         shared_base = None if served is None else served.base
         if plan.rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder, shared_base)))
-        devices = rig.devices if served is None else served.devices
+        devices = own if served is None else served.devices
         if devices.base is not None:
             observers.append(OutcomeFeedback(devices.base))
         if score and rehearsal is not None:
@@ -178,37 +181,37 @@ def open_run(
             served.session.begun_in = plan.map_folder
             observers.append(served.session)
         pipeline = Pipeline(devices, encoder, config, observers, parts, plan.saved_map)
-        recorder.keep_map(pipeline.snapshot, rig.devices.clock)
-        yield OpenRun(config, rig, rehearsal, pipeline, recorder, report, notice, served, began)
+        recorder.keep_map(pipeline.snapshot, own.clock)
+        reported = recorder, report, notice
+        yield OpenRun(config, own, held.close, rehearsal, pipeline, *reported, served, began)
 
 
 def _open_devices(
     plan: RunPlan, choice: DeviceChoice, planned: PlanProcess | None, opened: ExitStack
-) -> tuple[ClipEncoder, PerceptionParts | None, Rig | RehearsalRig]:
-    """The encoder, what perception begins with, and the devices, with the world around them."""
+) -> tuple[ClipEncoder, PerceptionParts | None, Devices, Rig | None]:
+    """The encoder, what perception begins with, the devices, and what is simulated of them."""
     config, simulated = plan.config, choice.rehearsal
     open_it = partial(open_encoder, config.clip, config.device, config.half)
     with collecting_afterwards():
         if simulated is None:
             encoder = open_it()
         else:
-            from vizbot.rehearsal.rig import Rig as RehearsalRig
-            from vizbot.rehearsal.rig import open_world_and_encoder
+            from vizbot.rehearsal.rig import Rig, open_world_and_encoder
 
             world, encoder = open_world_and_encoder(config, simulated, planned, open_it, opened)
     log.info("encoder %s on %s", encoder.model_id, config.device)
     require_usable(plan.saved_map, encoder, config)  # before there is a folder
     parts = parts_with_bank(encoder)
     if simulated is None:
-        rig = Rig(config, choice.camera, choice.base, choice.recording)
-        return encoder, parts, opened.enter_context(rig)
+        of_robot = opened_devices(config, choice.camera, choice.base, choice.recording)
+        return encoder, parts, opened.enter_context(of_robot), None
     goal, faults = simulated.first_goal, simulated.faults
-    devices = (choice.camera, choice.base, world, choice.recording)
-    rehearsal = opened.enter_context(RehearsalRig(config, *devices, goal, faults))
-    return encoder, parts, rehearsal
+    named = (choice.camera, choice.base, world, choice.recording)
+    rig = opened.enter_context(Rig(config, *named, goal, faults))
+    return encoder, parts, rig.devices, rig
 
 
-def _shared(rig: Rig, recorder: Recorder) -> ServedRun:
+def _shared(devices: Devices, recorder: Recorder) -> ServedRun:
     from vizbot.commands.serve import ServedRun
 
-    return ServedRun.share(rig.devices, recorder)
+    return ServedRun.share(devices, recorder)
