@@ -232,9 +232,6 @@ def open_world_and_encoder(
         planned: Its plan, under way; None where it is not.
         open_encoder: Opens the encoder.
         opened: Closes the world.
-
-    Returns:
-        The open world, empty where there is none; and the encoder.
     """
     mount, body = config.mount.T_base_cam, RehearsalConfig.of(config).world
     if planned is None:

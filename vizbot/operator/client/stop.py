@@ -34,15 +34,7 @@ def send_stop(url: str) -> None:
     try:
         status, body = _posted(url, json.dumps({"who": whoami()}).encode())
     except (OSError, ValueError) as error:
-        if "CERTIFICATE_VERIFY_FAILED" in str(error):
-            raise DeviceError(
-                f"the certificate of {url} is not trusted here ({error}); name it:"
-                " SSL_CERT_FILE=robot.pem"
-            ) from error
-        raise DeviceError(
-            f"no robot answers at {url} ({error}); start `vizbot launch` there or give another"
-            " --url"
-        ) from error
+        raise unreached(url, error) from error
     try:
         answer = json.loads(body)
     except (ValueError, RecursionError):
@@ -51,10 +43,27 @@ def send_stop(url: str) -> None:
     if status >= 400 and isinstance(said.get("detail"), str):
         raise DeviceError(f"the robot at {url} refuses: {said['detail']}")
     if status != 200 or said.get("stopped") is not True:
-        raise DeviceError(
-            f"what answers at {url} is no vizbot, or one of another version; give another --url, or"
-            " the same version on both machines"
+        raise no_vizbot(url)
+
+
+def unreached(url: str, error: Exception) -> DeviceError:
+    """The error where nothing answers, or not as it should."""
+    if "CERTIFICATE_VERIFY_FAILED" in str(error):
+        return DeviceError(
+            f"the certificate of {url} is not trusted here ({error}); name it:"
+            " SSL_CERT_FILE=robot.pem"
         )
+    return DeviceError(
+        f"no robot answers at {url} ({error}); start `vizbot launch` there or give another --url"
+    )
+
+
+def no_vizbot(url: str) -> DeviceError:
+    """The error where something else answers."""
+    return DeviceError(
+        f"what answers at {url} is no vizbot, or one of another version; give another --url, or"
+        " the same version on both machines"
+    )
 
 
 def whoami() -> str:
