@@ -112,7 +112,7 @@ def _posted(url: str, content: bytes) -> tuple[int, bytes]:
             if time.monotonic() > until:
                 raise ValueError("an answer that does not end")
     try:
-        head, _, body = bytes(received).partition(b"\r\n\r\n")
-        return int(head.split(None, 2)[1]), body
+        first, _, body = bytes(received).partition(b"\r\n\r\n")
+        return int(first.split(None, 2)[1]), body
     except (ValueError, IndexError) as error:
         raise ValueError("no HTTP") from error
