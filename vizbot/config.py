@@ -155,10 +155,7 @@ class PerceptionConfig(BaseModel):
 
 
 class Config(BaseModel):
-    """All settings; the defaults describe the robot of the README.
-
-    The tables of rehearsals are passed over here: `vizbot.rehearsal.config` reads them.
-    """
+    """All settings; the defaults describe the robot of the README."""
 
     model_config = SETTINGS
 
@@ -180,6 +177,7 @@ class Config(BaseModel):
     frontier: FrontierConfig = FrontierConfig()
     recovery: RecoveryConfig = RecoveryConfig()
     docking: DockingConfig = DockingConfig()
+    # A robot passes the tables of rehearsals over: `vizbot.rehearsal.config` reads them.
     world: dict[str, Any] | None = None
     """The body of the simulated robot, for rehearsals alone."""
     sim_camera: dict[str, Any] | None = None
