@@ -193,7 +193,7 @@ def test_a_real_base_is_driven_only_once_somebody_has_confirmed_it(
     def open_devices(*_):
         raise ConfigError("the devices are opened")
 
-    monkeypatch.setattr("vizbot.commands.calibrate.Rig", open_devices)
+    monkeypatch.setattr("vizbot.commands.calibrate.opened_devices", open_devices)
     monkeypatch.setattr("vizbot.commands.calibrate.require_devices", lambda *plugged_in: None)
     monkeypatch.setattr("sys.stdin", io.StringIO(typed))
     with pytest.raises(ConfigError, match=becomes):
