@@ -26,7 +26,6 @@ from websockets.asyncio.client import connect
 from benchmarks.harness.fingerprint import commit, hardware
 from drivers.tum_sequence import RecordedSequence
 from mapping.clip.embedded.encoder import load_embedded_clip
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.world.world_name import open_world
 from vizbot.config import Config
@@ -34,6 +33,7 @@ from vizbot.core.clock import WallClock
 from vizbot.core.devices import Devices
 from vizbot.core.files import write_whole
 from vizbot.core.geometry import yaw_of
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import Intrinsics, RGBDFrame
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.api.image_stream import NAMES
@@ -42,6 +42,7 @@ from vizbot.operator.client.endpoint import Service
 from vizbot.operator.printing import echo
 from vizbot.operator.session.session import OperatorSession
 from vizbot.pipeline import Pipeline
+from vizbot.rehearsal.config import RehearsalConfig
 
 WATCHERS, PICTURES_RATE = 5, 10
 _CAMERA_RATE = 30.0
@@ -194,10 +195,10 @@ def frames_to_play(sequence: Path | None) -> list[RGBDFrame]:
         with RecordedSequence(sequence) as recording:
             read = (recording.read() for _ in range(_FRAMES))
             return [frame for frame in read if frame is not None]
-    config = Config()
+    config, rehearsal = Config(), RehearsalConfig()
     frames = []
-    with open_world("1000", config.world, config.mount.T_base_cam, "") as world:
-        camera = SimulatedRealSense(world, SimulatedClock(), config.sim_camera)
+    with open_world("1000", rehearsal.world, config.mount.T_base_cam, "") as world:
+        camera = SimulatedRealSense(world, SimulatedClock(), rehearsal.sim_camera)
         (x, y), yaw = world.T_world_base[:2, 3], yaw_of(world.T_world_base)
         for turned in range(_FRAMES):
             world.place(float(x), float(y), yaw + _TURN * turned)

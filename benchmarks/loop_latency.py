@@ -29,7 +29,7 @@ from benchmarks.harness.workers import in_parallel
 from vizbot.core.files import write_whole
 from vizbot.core.interfaces import Clock, Pending
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig
+from vizbot.rehearsal.rig import Rig
 
 T = TypeVar("T")
 
@@ -67,6 +67,7 @@ class TimedClock:
     def __init__(self, clock: Clock, times: LoopTimes) -> None:
         self._clock = clock
         self._times = times
+        self.simulated = clock.simulated
 
     def now(self) -> float:
         """Seconds since an arbitrary start."""

@@ -13,7 +13,8 @@ from vizbot.core.interfaces import Camera, Clock
 from vizbot.core.types import RGBDFrame
 from vizbot.mission import drive_to_all
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig, open_encoder
+from vizbot.rehearsal.rig import Rig
+from vizbot.rig import open_encoder
 
 
 class CoveredLens:

@@ -11,7 +11,8 @@ from vizbot.config import Config
 from vizbot.core.observer import GoalReport, Step
 from vizbot.mission import drive_to_all
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig, open_encoder
+from vizbot.rehearsal.rig import Rig
+from vizbot.rig import open_encoder
 
 
 class Narrator:

@@ -18,7 +18,6 @@ import pytest
 from hypothesis import settings
 
 from mapping.clip.reading import Reading
-from sim_stubs.clock import SimulatedClock
 from tests.helpers.browsing import PATIENCE, chromium
 from tests.helpers.roomba_host import Host
 from tests.helpers.roomba_rig import Rig
@@ -27,6 +26,7 @@ from tests.helpers.watched_robot import WatchedRobot
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.geometry import camera_mount
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import ImuSamples
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import tomlkit
 from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
@@ -18,8 +18,6 @@ from mapping.occupancy.config import DepthMapperConfig
 from mapping.relocalisation.config import LocalMapConfig
 from mapping.slam.config import SlamConfig
 from nav.config import FrontierConfig, NavigatorConfig, Reach, RecoveryConfig
-from sim_stubs.realsense.config import SimulatedRealSenseConfig
-from sim_stubs.world.config import WorldConfig
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import camera_mount
@@ -179,8 +177,11 @@ class Config(BaseModel):
     frontier: FrontierConfig = FrontierConfig()
     recovery: RecoveryConfig = RecoveryConfig()
     docking: DockingConfig = DockingConfig()
-    world: WorldConfig = WorldConfig()
-    sim_camera: SimulatedRealSenseConfig = SimulatedRealSenseConfig()
+    # A robot passes the tables of rehearsals over: `vizbot.rehearsal.config` reads them.
+    world: dict[str, Any] | None = None
+    """The body of the simulated robot, for rehearsals alone."""
+    sim_camera: dict[str, Any] | None = None
+    """The simulated camera, for rehearsals alone."""
 
     @field_validator("device")
     @classmethod

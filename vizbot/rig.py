@@ -1,211 +1,96 @@
-"""Opens the devices of a run, real or simulated in any mix; no other module names device classes.
+"""Opens the devices of a run; no other module names classes of real ones.
 
 | camera      | base   | clock     |                                                             |
 |-------------|--------|-----------|-------------------------------------------------------------|
-| `sim`       | `sim`  | simulated | the world advances both in lockstep                         |
-| `sim`       | `none` | simulated | the robot stands still                                      |
-| `sim`       | roomba | wall      | the world's robot follows the encoders of the real base     |
-| `realsense` | `sim`  | wall      | the base drives on an empty floor that nothing shows        |
 | `realsense` | roomba | wall      | the robot                                                   |
 | recording   | `none` | simulated | as fast as the frames can be processed                      |
+
+What of it is simulated is opened in `vizbot.rehearsal`.
 """
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Sequence
-from contextlib import ExitStack
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 from mapping.clip.checkpoint.checkpoint import SHORT_NAMES, find_checkpoint
 from mapping.clip.own_encoder import is_class_name, open_class, require_module
-from sim_stubs.faults.catalogue import FaultSchedule, PlannedFault
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.devices import Devices
 from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.core.geometry import yaw_of
 from vizbot.core.interfaces import Base, Camera
 from vizbot.core.program.interrupts import holding_interrupts
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import Intrinsics
-from vizbot.mixed_devices import FollowedBase, WithoutImu
 
 if TYPE_CHECKING:  # the encoder protocol's module loads torch
     from mapping.clip.embedded.model_files import EmbeddedFiles
     from mapping.clip.encoder import ClipEncoder, TextEncoder
     from mapping.map_bundle import MapBundle
-    from sim_stubs.clock import SimulatedClock
-    from sim_stubs.faults.faulty_base import FaultyRoomba
-    from sim_stubs.world.world import World
-
-log = logging.getLogger(__name__)
 
 FETCHED_EASILY = f"`hf download {SHORT_NAMES['ViT-B/32']}`, then --clip ViT-B/32"
 """How a person gets the smallest encoder of real pictures."""
 
 
-class Rig:
-    """Open devices, and the world they stand in when it is simulated.
+@contextmanager
+def opened_devices(
+    config: Config, camera: str, base: str, recording: tuple[Intrinsics, float] | None = None
+) -> Iterator[Devices]:
+    """Open devices as `open_devices` does, and close them, the base first.
 
-    Attributes:
-        devices: The devices for the robot.
-        world: The simulated world, for the scorer and its pictures alone; None on hardware and with
-            recordings.
-        schedule: When which fault happens, for the encoder and the scorer; None without faults.
-        faulty_base: The simulated base with faults, for the scorer alone; None without faults.
+    An interrupt comes after they are closed.
     """
-
-    def __init__(
-        self,
-        config: Config,
-        camera: str,
-        base: str,
-        world: str | World,
-        recording: tuple[Intrinsics, float] | None = None,
-        first_goal: str = "",
-        faults: Sequence[PlannedFault] = (),
-    ) -> None:
-        """Open everything, or nothing.
-
-        Args:
-            config: Settings of all devices.
-            camera: `sim`, `realsense`, or the path of a recording.
-            base: `sim`, `roomba` or `none`.
-            world: The world of what is simulated. One that is open already is not closed here.
-            recording: Intrinsics and metres per unit of depth of a recorded folder without
-                `camera.json`.
-            first_goal: A simulated world puts the robot down far from it. The robot does not learn
-                it.
-            faults: Faults that happen. The robot does not learn them.
-
-        Raises:
-            ConfigError: there is no such mix, world or recording, or a fault has no device to
-                happen to.
-            DeviceError: a device is missing or does not answer.
-        """
-        require_mix(camera, base, faults)
-        self.world: World | None = None
-        self.schedule: FaultSchedule | None = None
-        self.faulty_base: FaultyRoomba | None = None
-        self._faults = faults
-        with ExitStack() as opened:
-            self.devices = self._open(config, camera, base, world, recording, first_goal, opened)
-            if faults:
-                self._disturb_camera()
-            self._opened = opened.pop_all()
-
-    def close(self) -> None:
-        """Close every device, the base first; an interrupt comes after it."""
+    opened = ExitStack()
+    try:
+        yield open_devices(config, camera, base, recording, opened)
+    finally:
         with holding_interrupts():
-            self._opened.close()
+            opened.close()
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(self, *exc: object) -> None:
-        self.close()
+def open_devices(
+    config: Config,
+    camera: str,
+    base: str,
+    recording: tuple[Intrinsics, float] | None,
+    opened: ExitStack,
+) -> Devices:
+    """Open the devices of the robot, or a recording of its camera.
 
-    def _open(
-        self,
-        config: Config,
-        camera: str,
-        base: str,
-        world: str | World,
-        recording: tuple[Intrinsics, float] | None,
-        first_goal: str,
-        opened: ExitStack,
-    ) -> Devices:
-        from sim_stubs.clock import SimulatedClock
+    Args:
+        config: Settings of all devices.
+        camera: `realsense`, or the path of a recording.
+        base: `roomba` or `none`.
+        recording: Intrinsics and metres per unit of depth of a recorded folder without
+            `camera.json`.
+        opened: Closes the devices.
 
-        mount = config.mount.T_base_cam
-        if camera not in ("sim", "realsense"):
-            player = opened.enter_context(_open_recording(config, Path(camera), recording))
-            return Devices(SimulatedClock(), player, None, None, True)
-        if camera == "realsense":
-            from drivers.realsense.camera import RealSense
+    Raises:
+        ConfigError: there is no such recording.
+        DeviceError: a device is missing or does not answer; the line names all that are.
+    """
+    if camera != "realsense":
+        player = opened.enter_context(_open_recording(config, Path(camera), recording))
+        return Devices(SimulatedClock(), player, None, None, True)
+    from drivers.realsense.camera import RealSense
 
-            wall, missing = WallClock(), []
-            eye: Camera | None = None
-            wheels: Base | None = None
-            try:
-                eye = opened.enter_context(RealSense(config.realsense, wall))
-            except DeviceError as error:
-                missing.append(str(error))
-            try:
-                wheels = None if base == "none" else open_base(config, base, wall, opened)
-            except DeviceError as error:
-                missing.append(str(error))
-            if eye is None or missing:
-                raise DeviceError("; ".join(missing))  # all that is missing, not the first alone
-            seen = WithoutImu(eye) if base == "sim" else eye
-            return Devices(wall, seen, wheels, mount if wheels else None, False)
-
-        from sim_stubs.realsense.camera import SimulatedRealSense
-        from sim_stubs.world.world_name import open_world
-
-        if isinstance(world, str):
-            world = opened.enter_context(open_world(world, config.world, mount, first_goal))
-        self.world = world
-        clock = SimulatedClock() if base != "roomba" else WallClock()
-        view = SimulatedRealSense(world, clock, config.sim_camera)
-        sim_camera = opened.enter_context(view)
-        if base == "none":
-            return Devices(clock, sim_camera, None, mount, False)
-        if isinstance(clock, SimulatedClock):
-            lockstep = self._open_lockstep_base(config, world, clock, opened)
-            return Devices(clock, sim_camera, lockstep, mount, False)
-        base_in_world = FollowedBase(open_base(config, base, clock, opened), world)
-        return Devices(clock, WithoutImu(sim_camera), base_in_world, mount, False)
-
-    def _open_lockstep_base(
-        self, config: Config, world: World, clock: SimulatedClock, opened: ExitStack
-    ) -> Base:
-        from drivers.roomba.base import Roomba
-        from drivers.roomba.serial_port import open_serial
-        from drivers.roomba.service import LockstepLink
-        from sim_stubs.roomba.base import SimulatedRoomba
-
-        stub: SimulatedRoomba | FaultyRoomba
-        if self._faults:
-            from sim_stubs.faults.faulty_base import FaultyRoomba
-
-            self.schedule = schedule = FaultSchedule(self._faults, clock.now, world.seed)
-            clock.slow_down(schedule.slowness)
-            stub = FaultyRoomba(
-                world,
-                schedule,
-                world.seed,
-                lambda T: world.place(float(T[0, 3]), float(T[1, 3]), yaw_of(T)),
-            )
-            self.faulty_base = stub
-        else:
-            stub = SimulatedRoomba(world)
-        opened.enter_context(stub)
-        clock.attach(stub)
-        link = LockstepLink(
-            lambda: stub.lockstep_port(open_serial(stub.path)), clock, config.roomba
-        )
-        with holding_interrupts():  # one amid a message would be a loss of bytes
-            return opened.enter_context(Roomba(link, clock, config.roomba))
-
-    def _disturb_camera(self) -> None:
-        """Wrap the camera so that faults happen to it."""
-        from sim_stubs.faults.faulty_camera import FaultyCamera
-
-        devices = self.devices
-        seed = 0 if self.world is None else self.world.seed
-        began = devices.clock.now()
-
-        def now() -> float:  # a recording is read without waiting: its stamps are the time
-            return camera.elapsed if devices.recorded else devices.clock.now() - began
-
-        schedule = self.schedule or FaultSchedule(self._faults, now, seed)
-        camera = FaultyCamera(
-            devices.camera, devices.clock, schedule, seed, recorded=devices.recorded
-        )
-        self.schedule, self.devices = schedule, replace(devices, camera=camera)
+    wall, missing = WallClock(), []
+    eye: Camera | None = None
+    wheels: Base | None = None
+    try:
+        eye = opened.enter_context(RealSense(config.realsense, wall))
+    except DeviceError as error:
+        missing.append(str(error))
+    try:
+        wheels = None if base == "none" else open_base(config, wall, opened)
+    except DeviceError as error:
+        missing.append(str(error))
+    if eye is None or missing:
+        raise DeviceError("; ".join(missing))  # all that is missing, not the first alone
+    return Devices(wall, eye, wheels, config.mount.T_base_cam if wheels else None, False)
 
 
 def require_devices(config: Config, camera: str, base: str) -> None:
@@ -358,39 +243,27 @@ def _open_recording(
     return RecordedSequence(path, *(recording or (None, None)))
 
 
-def require_mix(camera: str, base: str, faults: Sequence[PlannedFault] = ()) -> None:
-    """Refuse devices that do not go together, and faults that none of them can have.
+def require_mix(camera: str, base: str) -> None:
+    """Refuse devices that do not go together.
 
     Args:
         camera: `sim`, `realsense`, or the path of a recording.
         base: `sim`, `roomba` or `none`.
-        faults: Faults that are to happen.
 
     Raises:
-        ConfigError: there is no such mix, or a fault has no device to happen to.
+        ConfigError: there is no such mix.
     """
     if base not in ("sim", "roomba", "none"):
         raise ConfigError(f"unknown base {base!r}; use sim, roomba or none")
-    recorded = camera not in ("sim", "realsense")
-    if recorded and base != "none":
+    if camera not in ("sim", "realsense") and base != "none":
         raise ConfigError(f"the recording {camera} cannot be driven; use --base none")
-    if (camera, base) == ("sim", "sim"):
-        return
-    for planned in faults:
-        fault = planned.fault
-        if fault.device == "base" or fault.name == "encoder-slow":
-            raise ConfigError(
-                f"--faults {fault.name} happens to a simulated base and camera, not to --base"
-                f" {base}; use --camera sim --base sim"
-            )
 
 
-def open_base(config: Config, base: str, clock: WallClock, opened: ExitStack) -> Base:
+def open_base(config: Config, clock: WallClock, opened: ExitStack) -> Base:
     """A base without a camera, on the wall clock.
 
     Args:
         config: Settings, with the serial port.
-        base: `roomba`, or `sim` for one on an endless empty floor.
         clock: The clock of the run.
         opened: Closes the base.
 
@@ -401,12 +274,5 @@ def open_base(config: Config, base: str, clock: WallClock, opened: ExitStack) ->
     from drivers.roomba.reflex_process.process_link import ProcessLink
     from drivers.roomba.serial_port import SerialAddress
 
-    port = config.serial_port
-    if base == "sim":
-        from sim_stubs.roomba.base import SimulatedRoomba
-        from sim_stubs.roomba.wall_clock import on_wall_clock
-        from sim_stubs.world.free_floor import FreeFloor
-
-        port = opened.enter_context(on_wall_clock(SimulatedRoomba(FreeFloor()))).path
-    link = ProcessLink(SerialAddress(port).open, config.roomba)
+    link = ProcessLink(SerialAddress(config.serial_port).open, config.roomba)
     return opened.enter_context(Roomba(link, clock, config.roomba))

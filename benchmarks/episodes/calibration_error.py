@@ -15,6 +15,7 @@ from sim_stubs.world.world import World
 from sim_stubs.world.world_plan import D435I_COLOUR
 from vizbot.config import Config
 from vizbot.core.types import SE3, Intrinsics
+from vizbot.rehearsal.config import RehearsalConfig
 
 ANGLE, OFFSET = radians(0.4), 0.005
 """Errors of the mount that `vizbot calibrate` leaves [rad], [m]."""
@@ -78,10 +79,11 @@ class CalibrationError:
             config: Settings of the robot; it believes in its mount there.
             seed: Seed of the world's noise.
         """
-        body = config.world.model_copy(
+        believed = RehearsalConfig.of(config).world
+        body = believed.model_copy(
             update={
-                "wheel_base": config.world.wheel_base * (1.0 + self.wheel_base),
-                "wheel_scale": config.world.wheel_scale * (1.0 + self.wheel_scale),
+                "wheel_base": believed.wheel_base * (1.0 + self.wheel_base),
+                "wheel_scale": believed.wheel_scale * (1.0 + self.wheel_scale),
             }
         )
         mount = self.mount(config.mount.T_base_cam)

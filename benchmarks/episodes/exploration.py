@@ -39,7 +39,7 @@ from vizbot.core.types import SE3
 from vizbot.mission import explore
 from vizbot.objectnav.tasks import goal_of
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig
+from vizbot.rehearsal.rig import Rig
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder

@@ -10,10 +10,10 @@ from typing import Self
 import numpy as np
 from pydantic import TypeAdapter
 
-from sim_stubs.clock import SimulatedClock
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.interfaces import Base
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, BaseState, Feedback, Twist
 
 MEASURED = Path(__file__).with_name("latency.json")

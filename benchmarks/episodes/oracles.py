@@ -32,6 +32,7 @@ from vizbot.core.geometry import back_project, invert, rotation_angle, transform
 from vizbot.core.interfaces import Clock, Pending
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame, Tracking
 from vizbot.perception.interfaces import PerceptionParts
+from vizbot.rehearsal.config import RehearsalConfig
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
@@ -81,8 +82,9 @@ def oracle_parts(oracle: str | None, world: World, config: Config) -> OraclePart
 
 def without_depth_noise(config: Config) -> Config:
     """Settings of a camera that measures the true depth at every pixel."""
-    camera = config.sim_camera.model_copy(update={"depth_noise": DepthNoiseConfig.none()})
-    return config.model_copy(update={"sim_camera": camera})
+    rehearsal = RehearsalConfig.of(config)
+    camera = rehearsal.sim_camera.model_copy(update={"depth_noise": DepthNoiseConfig.none()})
+    return rehearsal.model_copy(update={"sim_camera": camera}).within(config)
 
 
 class TruePose:
@@ -210,7 +212,7 @@ class AtOnce:
     """
 
     def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+        self._clock, self.simulated = clock, clock.simulated
         self.now, self.sleep, self.repeat = clock.now, clock.sleep, clock.repeat
 
     def start(self, work: Callable[[], T], latency: float) -> Pending[T]:

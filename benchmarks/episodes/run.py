@@ -36,7 +36,8 @@ from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import SE3
 from vizbot.mission import drive_to_all
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig, open_encoder
+from vizbot.rehearsal.rig import Rig
+from vizbot.rig import open_encoder
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder

@@ -32,6 +32,7 @@ from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, OccupancyGrid, Twist
 from vizbot.objectnav.tasks import Decision, Goal, goal_of
+from vizbot.rehearsal.config import RehearsalConfig
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
@@ -79,9 +80,10 @@ class FastHome:
             encoder: Embeds patches and goals.
             folder: Of the views of all homes that were made with this encoder.
         """
-        body = config.world.model_copy(update=BODY)
+        rehearsal = RehearsalConfig.of(config)
+        still = rehearsal.model_copy(update={"world": rehearsal.world.model_copy(update=BODY)})
         self.seed = seed
-        self.world = open_benchmark_home(seed, config.model_copy(update={"world": body}))
+        self.world = open_benchmark_home(seed, still.within(config))
         self.encoder = encoder
         self.places = Places.in_world(self.world)
         self.views = Views(self.world, self.encoder, config.perception, folder / str(seed))
@@ -203,7 +205,7 @@ class Walk:
 
     def _drive(self, twist: Twist) -> None:
         """Move the body for the time of a frame, and back off from what it touches."""
-        world, wheel_base = self._home.world, self._config.world.wheel_base
+        world, wheel_base = self._home.world, RehearsalConfig.of(self._config).world.wheel_base
         before = world.T_world_base
         world.set_wheel_speeds(*wheel_speeds(twist, wheel_base))
         world.advance(1.0 / FRAME_RATE)

@@ -21,7 +21,6 @@ from benchmarks.faults.run import limit_wall_time, plan_faults, run_to_end
 from drivers.roomba.base import Roomba
 from drivers.roomba.serial_port import open_serial
 from drivers.roomba.service import LockstepLink
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule
 from sim_stubs.faults.faulty_base import FaultyRoomba
 from sim_stubs.faults.faulty_camera import FaultyCamera
@@ -33,10 +32,12 @@ from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Observer
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import SE3
 from vizbot.objectnav.tasks import Task
 from vizbot.perception.interfaces import PerceptionParts
 from vizbot.pipeline import Pipeline
+from vizbot.rehearsal.config import RehearsalConfig
 
 _RATE = 10.0
 """Rate of the camera [1/s], low so that its faults do not look like those of a slow program."""
@@ -109,7 +110,7 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
         floor = FreeFloor(T_world_base=_start(drive.seed))
         stub = opened.enter_context(FaultyRoomba(floor, schedule, drive.seed, floor.place))
         clock.attach(stub)
-        mount, rate = config.mount.T_base_cam, config.sim_camera.rate
+        mount, rate = config.mount.T_base_cam, RehearsalConfig.of(config).sim_camera.rate
         monitor = FaultMonitor(stub, schedule, clock, 1.0 / rate)
         clock.attach(monitor)
         clock.slow_down(schedule.slowness)

@@ -19,7 +19,6 @@ from benchmarks.faults.monitor import FaultMonitor, FaultStop
 from benchmarks.faults.run import limit_wall_time, plan_faults, run_to_end
 from benchmarks.faults.scores import RESTS_BY_DEFAULT, ended_by_default
 from benchmarks.harness.bench_plan import UNATTENDED
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import CATALOGUE
 from sim_stubs.faults.faulty_encoder import FaultyEncoder
 from sim_stubs.faults.faulty_program import FaultyObserver
@@ -27,8 +26,10 @@ from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
 from vizbot.config import Config
 from vizbot.core.observer import Observer, Outcome
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig
+from vizbot.rehearsal.config import RehearsalConfig
+from vizbot.rehearsal.rig import Rig
 
 HOMES = (1000, 1001, 1002)
 FARTHEST = 10.0
@@ -189,9 +190,8 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
                 observer,
                 FaultyObserver(LogObserver(rig.schedule, clock.now), rig.schedule),
             ]
-            monitor = FaultMonitor(
-                rig.faulty_base, rig.schedule, clock, 1.0 / config.sim_camera.rate
-            )
+            rate = RehearsalConfig.of(config).sim_camera.rate
+            monitor = FaultMonitor(rig.faulty_base, rig.schedule, clock, 1.0 / rate)
             clock.attach(monitor)
         pipeline = Pipeline(devices, encoder, config, observers)
         goal = pipeline.goal(mission.goal)

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from drivers.roomba.commands import Command, Opcode
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import CABLE_OUT, CATALOGUE, FaultSchedule
 from sim_stubs.faults.faulty_base import FaultyRoomba
+from vizbot.core.simulated_clock import SimulatedClock
 
 _AHEAD = 0.05
 """Speed above which a robot drives on [m/s]."""

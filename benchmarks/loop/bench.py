@@ -102,10 +102,12 @@ def run_loop(bench: LoopBench) -> BenchResult:
         text.append(_table(f"Stages of a tick, {name}", stages))
     for name, wait in waits.items():
         summary[name] = round(wait.wall, 2)
+        if name == "stop_s":  # a busy machine makes a user wait for what it takes of a processor
+            summary[name] = round(wait.processor, 3)
         rows.append(
             {"name": name, "processor_ms": _in_ms(wait.processor), "wall_ms": _in_ms(wait.wall)}
         )
-    text.append(_table("Until an answer, a refusal, the first tick", rows[-len(waits) :]))
+    text.append(_table("Until an answer, a refusal, the first tick, a stop", rows[-len(waits) :]))
     seconds, words = worst_sentence()
     summary["sentence_ms"] = round(1000 * seconds, 1)
     text.append(f"Slowest sentence: {words!r}, repeated, {1000 * seconds:.1f} ms of processor.")

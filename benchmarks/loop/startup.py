@@ -1,4 +1,4 @@
-"""How long a user waits: for an answer of a saved map, for a refusal, for the first tick of a run.
+"""How long a user waits: for an answer of a saved map, a refusal, the first tick, and for a stop.
 
 Each is a fresh process of `python -m vizbot`, with the embedded encoder. Its files are in the
 system's cache after a first process that does not count.
@@ -12,9 +12,11 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 from vizbot.core.errors import VizbotError
@@ -39,7 +41,7 @@ class Wait:
 
 
 def measure_startup(saved_map: Path, runs: int = 5) -> dict[str, Wait]:
-    """Medians of the three waits, by the keys of the benchmark's summary.
+    """Medians of the waits, by the keys of the benchmark's summary.
 
     Args:
         saved_map: The map that is asked.
@@ -51,6 +53,7 @@ def measure_startup(saved_map: Path, runs: int = 5) -> dict[str, Wait]:
     query = ("map", "query", str(saved_map), _THING)
     refused = ("dry-run", _THING, "--world", "nosuchworld")
     waits = dict[str, list[Wait]](query_s=[], refused_s=[], first_tick_s=[])
+    waits["stop_s"] = _stops(1 + runs)
     for _ in range(1 + runs):
         waits["query_s"].append(_until_end(query, 0))
         waits["refused_s"].append(_until_end(refused, 1))
@@ -58,6 +61,27 @@ def measure_startup(saved_map: Path, runs: int = 5) -> dict[str, Wait]:
             drive = ("dry-run", _THING, "--world", _WORLD, "--out", f"{folder}/run")
             waits["first_tick_s"].append(_until_first_tick(drive))
     return {name: median_wait(each[1:]) for name, each in waits.items()}
+
+
+def _stops(runs: int) -> list[Wait]:
+    """Stops of something that answers as a robot does."""
+    with ThreadingHTTPServer(("127.0.0.1", 0), _StoppedRobot) as robot:
+        threading.Thread(target=robot.serve_forever, daemon=True).start()
+        url = f"http://127.0.0.1:{robot.server_address[1]}"
+        waits = [_until_end(("stop", "--url", url), 0) for _ in range(runs)]
+        robot.shutdown()
+    return waits
+
+
+class _StoppedRobot(BaseHTTPRequestHandler):
+    def do_POST(self) -> None:
+        self.rfile.read(int(self.headers["Content-Length"]))
+        self.send_response(200)
+        self.end_headers()
+        self.wfile.write(b'{"stopped": true}')
+
+    def log_message(self, *_: object) -> None:
+        """Nothing is logged."""
 
 
 def median_wait(waits: Sequence[Wait]) -> Wait:

@@ -28,7 +28,8 @@ from vizbot.core.program.garbage import keep_freed_memory
 from vizbot.operator.report.report import Report
 from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder
-from vizbot.rig import Rig, open_encoder
+from vizbot.rehearsal.rig import Rig
+from vizbot.rig import open_encoder
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,8 @@ from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.loop_jobs import LoopJobs
 from vizbot.operator.session.session import OperatorSession
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig, open_encoder
+from vizbot.rehearsal.rig import Rig
+from vizbot.rig import open_encoder
 
 DIMENSION = 512
 """Length of an embedding of ViT-B/32."""

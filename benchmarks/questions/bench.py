@@ -30,7 +30,7 @@ from vizbot.mission import watch
 from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.session.place_answers import find_places
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig, open_encoder
+from vizbot.rig import open_encoder, opened_devices
 
 NAME = "questions"
 ScoreKind = Literal["probability", "similarity"]
@@ -144,8 +144,8 @@ def _true_poses(
 
 
 def _mapped(sequence: Path, config: Config, encoder: ClipEncoder) -> MapBundle:
-    with Rig(config, str(sequence), "none", "") as rig:
-        pipeline = Pipeline(rig.devices, encoder, config, [])
+    with opened_devices(config, str(sequence), "none") as devices:
+        pipeline = Pipeline(devices, encoder, config, [])
         watch(pipeline, [])
     bundle = pipeline.bundle()
     assert bundle is not None  # there are frames

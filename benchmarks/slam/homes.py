@@ -43,6 +43,7 @@ from mapping.trajectory_error import absolute_trajectory_error, normalised_error
 from vizbot.config import Config
 from vizbot.core.geometry import invert, rotation_angle
 from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, Tracking
+from vizbot.rehearsal.config import RehearsalConfig
 
 NAME = "slam homes"
 HOMES = 10
@@ -160,7 +161,8 @@ def recording_folder(fingerprint: Fingerprint, laps: LapConfig, config: Config) 
     by = key_of_sources(
         "drivers", "benchmarks/slam/laps.py", "benchmarks/episodes/calibration_error.py"
     )
-    settings = key_of_settings(config.mount, config.roomba, config.sim_camera, config.world, laps)
+    sim = RehearsalConfig.of(config)
+    settings = key_of_settings(config.mount, config.roomba, sim.sim_camera, sim.world, laps)
     return RECORDINGS / f"{fingerprint.homes}-{by}-{settings}"
 
 

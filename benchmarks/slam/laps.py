@@ -34,7 +34,8 @@ from vizbot.core.errors import VizbotError
 from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, OccupancyGrid
-from vizbot.rig import Rig
+from vizbot.rehearsal.config import RehearsalConfig
+from vizbot.rehearsal.rig import Rig
 
 _JPEG_QUALITY = 95
 _DEPTH_SCALE = 1000
@@ -82,9 +83,9 @@ def record_laps(
         return
     for kind in ("rgb", "depth"):
         (folder / kind).mkdir(parents=True, exist_ok=True)
-    config = config.model_copy(
-        update={"sim_camera": config.sim_camera.model_copy(update={"rate": laps.rate})}
-    )
+    rehearsal = RehearsalConfig.of(config)
+    camera = rehearsal.sim_camera.model_copy(update={"rate": laps.rate})
+    config = rehearsal.model_copy(update={"sim_camera": camera}).within(config)
     error = error or CalibrationError.drawn(Episode(seed, ()))
     with (
         open_benchmark_home(seed, config, error) as world,
@@ -93,9 +94,9 @@ def record_laps(
         recording = _RecordingWriter(folder)
         for frame in _drive_laps(world, rig.devices, laps):
             recording.add(frame)
-        camera = world.reported_intrinsics
+        reported = world.reported_intrinsics
         recording.finish()
-    calibration = asdict(camera) | {"depth_scale": _DEPTH_SCALE}
+    calibration = asdict(reported) | {"depth_scale": _DEPTH_SCALE}
     write_whole(folder / "camera.json", json.dumps(calibration).encode())
     write_whole(lists, recording.associations().encode())
 

@@ -20,7 +20,8 @@ from sim_stubs.homes.geometry.occupancy_slice import reachable
 from vizbot.config import Config
 from vizbot.core.geometry import invert, rotation_angle, transform
 from vizbot.core.types import SE3, OccupancyGrid, Tracking, Twist
-from vizbot.rig import Rig
+from vizbot.rehearsal.config import RehearsalConfig
+from vizbot.rehearsal.rig import Rig
 
 STARTS = 10
 """Number of starts in each home."""
@@ -107,7 +108,7 @@ def random_starts(
             slam = Slam(world.reported_intrinsics, mount, settings.slam, around)
             slam.start_in_map(keyframes, views)
             rate = config.objectnav.recognising_rate
-            limit = int(_TURN / rate * config.sim_camera.rate)
+            limit = int(_TURN / rate * RehearsalConfig.of(config).sim_camera.rate)
             found, times = None, list[float]()
             while found is None and len(times) < limit:
                 frame = camera.read()

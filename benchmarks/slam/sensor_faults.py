@@ -19,6 +19,7 @@ from vizbot.config import Config
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
+from vizbot.rehearsal.config import RehearsalConfig
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,10 +150,11 @@ def twins(
         return
     read = itertools.cycle(at_rest or [replace(end.frame, imu=ImuSamples.none())])
     travelled = np.append(np.arange(0.0, corridor, 0.3 * period), corridor)
-    counted = _counted_straight(np.diff(travelled), config.world, rng)
+    rehearsal = RehearsalConfig.of(config)
+    counted = _counted_straight(np.diff(travelled), rehearsal.world, rng)
     for number, (x, T_end_base) in enumerate(zip(travelled[1:], counted, strict=True), start=1):
         stamp, rest = end.frame.stamp + number * period, next(read)
-        image = _noisier(end.frame, config.sim_camera, rng)
+        image = _noisier(end.frame, rehearsal.sim_camera, rng)
         moved = ReplayFrame(
             replace(image, stamp=stamp, imu=_later(rest.imu, stamp - rest.stamp)),
             end.T_odom_base @ T_end_base,
@@ -163,7 +165,7 @@ def twins(
     for moment in again:
         entered = entered or moment
         later = moved.frame.stamp + period - entered.frame.stamp
-        image = _noisier(moment.frame, config.sim_camera, rng)
+        image = _noisier(moment.frame, rehearsal.sim_camera, rng)
         yield ReplayFrame(
             replace(image, stamp=image.stamp + later, imu=_later(image.imu, later)),
             moved.T_odom_base @ invert(entered.T_odom_base) @ moment.T_odom_base,

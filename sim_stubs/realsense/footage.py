@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.realsense.config import SimulatedRealSenseConfig
 from sim_stubs.realsense.software_device import SoftwareD435i
 from sim_stubs.world.world import World
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import ImuSamples
 
 _FPS = 30

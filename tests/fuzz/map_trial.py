@@ -13,7 +13,6 @@ from mapping.clip.belief import Belief
 from mapping.clip.scores import Query
 from mapping.clip.weights import fitted_weights
 from mapping.map_bundle import load, require_map_folder, save, with_background
-from sim_stubs.clock import SimulatedClock
 from tests.conftest import MeanColours
 from tests.fuzz.spoilt_maps import spoilt_maps
 from tests.fuzz.trial import Allowed, try_one
@@ -24,6 +23,7 @@ from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import camera_mount
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import ImuSamples
 from vizbot.objectnav.tasks import Task, goal_of
 from vizbot.operator.session.place_answers import find_places

@@ -9,8 +9,8 @@ import numpy as np
 
 from drivers.realsense.camera import RealSense
 from drivers.realsense.config import RealSenseConfig
-from sim_stubs.clock import SimulatedClock
 from tests.helpers.checkout import ROOT
+from vizbot.core.simulated_clock import SimulatedClock
 
 SERIAL = "900000000001"
 START = 1_700_000_000.0

@@ -4,9 +4,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from sim_stubs.clock import SimulatedClock
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.errors import DeviceTimeoutError
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import BaseMode, BaseState, ImuSamples, Intrinsics, RGBDFrame, Twist
 
 CAMERA = Intrinsics(320, 240, 308.0, 308.0, 159.5, 119.5)

@@ -43,9 +43,10 @@ def refused(monkeypatch, capfd, tmp_path):
         raise DeviceError("it was opened")
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(open_run, "Rig", open_device)
+    monkeypatch.setattr("vizbot.rehearsal.rig.Rig", open_device)
+    monkeypatch.setattr(open_run, "opened_devices", open_device)
     monkeypatch.setattr(open_run, "open_encoder", open_device)
-    monkeypatch.setattr(calibrate, "Rig", open_device)
+    monkeypatch.setattr(calibrate, "opened_devices", open_device)
     monkeypatch.setattr(teleop, "open_base", open_device)
     monkeypatch.setattr(teleop, "_STANDARD_INPUT", terminal[1])
 

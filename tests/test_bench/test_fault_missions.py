@@ -22,6 +22,7 @@ from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
+from vizbot.rehearsal.config import RehearsalConfig
 
 GREY = (0.6, 0.6, 0.6)
 CONFIG = Config.model_validate(
@@ -94,7 +95,7 @@ def test_the_monitor_of_a_mission_knows_how_often_the_camera_gives_a_frame(monke
 
     monkeypatch.setattr(missions, "FaultMonitor", Monitor)
     missions.run_mission(FaultMission(1000, "kitchen", ("bump",)))
-    assert periods == [1.0 / CONFIG.sim_camera.rate]
+    assert periods == [1.0 / RehearsalConfig.of(CONFIG).sim_camera.rate]
 
 
 EDGE = "the base stopped at an edge; put it elsewhere, or set resume_safe"

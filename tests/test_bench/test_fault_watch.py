@@ -6,9 +6,9 @@ import pytest
 
 from benchmarks.faults.monitor import FARTHEST_ASTRAY, FaultMonitor
 from drivers.roomba.commands import Command, Opcode
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule, PlannedFault
 from sim_stubs.world.body import Contacts
+from vizbot.core.simulated_clock import SimulatedClock
 
 
 def watched(names, course, silent=0, before=(0.2, 0.2), lasts=0.3, camera_period=0.1):

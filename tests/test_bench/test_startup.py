@@ -54,8 +54,14 @@ def test_each_wait_is_the_median_without_the_first_process(monkeypatch, tmp_path
     monkeypatch.setattr(startup, "_until_first_tick", waited)
     measured = measure_startup(tmp_path, runs=3)
     assert measured == {
-        "query_s": Wait(6.0, 0.5), "refused_s": Wait(7.0, 0.5), "first_tick_s": Wait(8.0, 0.5)
+        "query_s": Wait(10.0, 0.5), "refused_s": Wait(11.0, 0.5), "first_tick_s": Wait(12.0, 0.5),
+        "stop_s": Wait(2.0, 0.5),
     }  # fmt: skip
+
+
+def test_a_stop_is_answered_and_takes_time_on_a_processor():
+    [wait] = startup._stops(1)
+    assert wait.wall > 0.0 and wait.processor > 0.0
 
 
 def test_a_refusal_takes_time_on_the_wall_and_on_a_processor():

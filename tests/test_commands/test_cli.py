@@ -198,7 +198,7 @@ def test_what_the_doctor_finds_bad_keeps_launch_from_opening_devices_unless_forc
 
     camera = Finding("camera", Grade.BAD, "none found", "plug it in")
     monkeypatch.setattr("vizbot.commands.launch.examine", lambda *_: [camera])
-    monkeypatch.setattr("vizbot.commands.open_run.Rig", open_rig)
+    monkeypatch.setattr("vizbot.commands.open_run.opened_devices", open_rig)
     monkeypatch.setattr("vizbot.commands.launch.require_devices", lambda *_: None)
     launch = ("launch", "--clip", "embedded", "--port", "0")
     assert_one_line(run(*launch), "camera: none found; plug it in", "--force")

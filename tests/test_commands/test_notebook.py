@@ -8,7 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from vizbot.commands.stub import realsense
+from vizbot.rehearsal.stub import realsense
 
 NOTEBOOK = Path(__file__).resolve().parents[2] / "examples" / "map_a_recording.ipynb"
 

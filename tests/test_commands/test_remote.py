@@ -1,8 +1,10 @@
 """`vizbot goal`, `explore`, `stop` and `status` against a robot that is running."""
 
 import json
+import os
 import shutil
 import subprocess
+import sys
 import threading
 from dataclasses import replace
 
@@ -164,6 +166,9 @@ def test_a_certificate_of_ones_own_is_trusted_when_it_is_named(session, tmp_path
             client.stop("ann")
             with client.open_websocket("/live") as link:
                 assert json.loads(link.recv())["stopped"]
+        session.stopped.clear()
+        cli_remote.stop(server.url)
+        assert session.stopped.is_set()
 
 
 def test_an_empty_goal_is_one_line(client):
@@ -229,3 +234,47 @@ def test_a_server_that_is_no_vizbot_is_an_error_in_one_line(asked, answer, statu
     ):
         ASKED[asked](client)
     assert len(str(refusal.value).splitlines()) == 1
+
+
+def test_a_stop_is_sent_before_anything_but_the_standard_library_is_loaded(session):
+    script = (
+        "import atexit, sys\n"
+        "atexit.register(lambda: print(*sys.modules, file=sys.stderr))\n"
+        "from vizbot.cli.process import run\n"
+        "run()\n"
+    )
+    with served(session) as server:
+        command = [sys.executable, "-c", script, "stop", "--token", "any", f"--url={server.url}"]
+        ended = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert ended.stdout == "stopped\n" and session.stopped.is_set()
+    loaded = {name.partition(".")[0] for name in ended.stderr.split()}
+    ours = {"vizbot", "_editable_impl_vizbot", "_distutils_hack", "__main__"}
+    assert loaded - ours - set(sys.stdlib_module_names) <= {"sitecustomize", "usercustomize"}
+    assert "ssl" not in loaded and "vizbot" in loaded
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--url", "robot:8787"), ("--url 'robot:8787' is no address", "http://robot:8787")),
+        (("--url", "http://robot:port"), ("--url http://robot:port", "give one like")),
+        (("--url=http://127.0.0.1:9",), ("no robot answers at http://127.0.0.1:9", "Connection")),
+        (("--speed", "9"), ("No such option: --speed", "vizbot stop --help")),
+        (("now",), ("unexpected extra argument (now)", "vizbot stop --help")),
+    ],
+)
+def test_a_stop_that_cannot_be_sent_is_one_line(arguments, words):
+    command = [sys.executable, "-m", "vizbot", "stop", *arguments]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stdout, ended.stderr.count("\n")) == (1, "", 1)
+    assert all(word in ended.stderr for word in words), ended.stderr
+
+
+def test_a_stop_goes_where_the_environment_says_and_has_a_help(session):
+    command = [sys.executable, "-m", "vizbot", "stop"]
+    with served(session) as server:
+        environment = os.environ | {"VIZBOT_URL": server.url}
+        subprocess.run(command, env=environment, capture_output=True, check=True)
+    assert session.stopped.is_set()
+    shown = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True)
+    assert "Stop a robot that is running" in shown.stdout and "--url" in shown.stdout

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_stubs.clock import SimulatedClock
 from tests.helpers.served import step
 from vizbot.cli.logs import show_events, show_warnings
 from vizbot.commands.run_log import FILE_NAME, PACKAGES, GoalLog, RunLog
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.core.observer import Effort, GoalReport, Outcome
+from vizbot.core.simulated_clock import SimulatedClock
 
 OURS, OTHERS = logging.getLogger("mapping.slam"), logging.getLogger("elsewhere")
 

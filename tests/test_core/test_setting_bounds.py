@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from vizbot.config import Config, load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.settings import UNITS, bounds_of, explained, unit_of
+from vizbot.rehearsal.config import RehearsalConfig
 
 LISTS = {
     "calibration.gyro_bias": 3,
@@ -38,7 +39,8 @@ def numbers(model: type[BaseModel], table: str = "") -> Iterator[tuple[str, Any,
             yield key, field, field.default
 
 
-NUMBERS = {key: (field, default) for key, field, default in numbers(Config)}
+MODELS = (Config, RehearsalConfig)
+NUMBERS = {key: (field, default) for each in MODELS for key, field, default in numbers(each)}
 
 
 def table_with(key: str, value: Any) -> dict:
@@ -80,12 +82,13 @@ def test_what_lies_beyond_a_bound_is_refused_in_one_line_with_the_unit(key):
     types = list(types_in(field.annotation))
     least, most = bounds_of(field)
     entries = LISTS.get(key)
+    model = RehearsalConfig if key.split(".")[0] in RehearsalConfig.model_fields else Config
     for beyond in (least - 1, most + 1):
         value: Any = int(beyond) if int in types else float(beyond)
         value = value if entries is None else [value] * entries
         with pytest.raises(ValidationError) as refusal:
-            Config.model_validate(table_with(key, value))
-        line = explained(refusal.value, Config)
+            model.model_validate(table_with(key, value))
+        line = explained(refusal.value, model)
         assert "\n" not in line and key.rpartition(".")[2] in line
         assert unit_of(field).name in line
 

@@ -13,13 +13,13 @@ from transformers import CLIPVisionModel
 from typer.testing import CliRunner
 
 from mapping.clip.encoder import untrained_images
-from sim_stubs.clock import SimulatedClock
 from vizbot import doctor
 from vizbot.cli import app as cli
 from vizbot.commands.doctor import require_well
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.doctor import Finding, Grade, examine
 
 

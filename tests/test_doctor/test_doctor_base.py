@@ -9,7 +9,6 @@ from drivers.roomba.commands import Opcode
 from drivers.roomba.examination import examine_base
 from drivers.roomba.packets import Packet
 from drivers.roomba.serial_port import open_serial
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.free_floor import FreeFloor
@@ -17,6 +16,7 @@ from tests.helpers.roomba_rig import NoisyPort
 from vizbot import doctor
 from vizbot.config import Config
 from vizbot.core.geometry import planar
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import BaseMode, BaseState, Charging
 from vizbot.doctor import Grade
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from drivers.realsense.examination import CameraIdentity, cameras, examine_camera
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.realsense.software_device import SoftwareD435i
 from vizbot import doctor
 from vizbot.config import Config
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 from vizbot.doctor import Grade
 

@@ -13,7 +13,7 @@ from vizbot.config import Config
 from vizbot.core.geometry import camera_mount
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 from vizbot.perception.first_frames import FirstFrames
-from vizbot.rig import Rig
+from vizbot.rehearsal.rig import Rig
 
 CAMERA = Intrinsics(320, 240, 150.0, 150.0, 160.0, 120.0)
 MOUNT = camera_mount(0.6, 0.0, 0.0)

@@ -12,8 +12,8 @@ from drivers.roomba.packets import LAYOUTS, Packet, nearest_allowed, out_of_rang
 from drivers.roomba.service import LockstepLink, RoombaService
 from drivers.roomba.state import STREAMED
 from drivers.roomba.stream import encode_sensor_frame
-from sim_stubs.clock import SimulatedClock
 from vizbot.core.errors import DeviceError
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import BaseMode, BaseState
 
 REST = dict.fromkeys(Packet, 0) | {Packet.BATTERY_CHARGE: 2000, Packet.BATTERY_CAPACITY: 2600}

@@ -18,6 +18,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, planar
 from vizbot.core.types import ImuSamples, RGBDFrame
 from vizbot.perception.interfaces import PerceptionParts
+from vizbot.rehearsal.config import RehearsalConfig
 
 GOALS = ("sofa", "kitchen", "bed")
 
@@ -148,8 +149,9 @@ def test_each_oracle_switches_one_part(world, part):
 
 def test_true_depth_is_the_depth_alone():
     config = oracle_parts("depth", None, Config()).config
-    assert config.sim_camera.colour_noise == Config().sim_camera.colour_noise
-    assert config.sim_camera.depth_noise.disparity_noise == 0.0
+    camera = RehearsalConfig.of(config).sim_camera
+    assert camera.colour_noise == RehearsalConfig().sim_camera.colour_noise
+    assert camera.depth_noise.disparity_noise == 0.0
     assert config.perception == Config().perception
 
 

@@ -11,7 +11,6 @@ from benchmarks.episodes.calibration_error import EXACT, CalibrationError
 from benchmarks.episodes.episode import Episode, Variant
 from benchmarks.episodes.run import TruthRecorder, run_episode
 from benchmarks.episodes.seen_floor import SeenFloor
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
@@ -20,8 +19,10 @@ from sim_stubs.world.world import World
 from sim_stubs.world.world_plan import D435I_COLOUR
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig
+from vizbot.rehearsal.config import RehearsalConfig
+from vizbot.rehearsal.rig import Rig
 
 EPISODES = [Episode(home, (goal,), number)
             for home in (1100, 1101) for goal in ("sofa", "bed") for number in (0, 1)]  # fmt: skip
@@ -73,7 +74,7 @@ def test_the_world_differs_from_the_belief_by_the_error(house):
         for name in ("fx", "fy"):
             ratio = getattr(world.intrinsics, name) / getattr(D435I_COLOUR, name)
             assert ratio == pytest.approx(1.0 + error.focal_length)
-        with SimulatedRealSense(world, SimulatedClock(), config.sim_camera) as camera:
+        with SimulatedRealSense(world, SimulatedClock(), RehearsalConfig().sim_camera) as camera:
             assert camera.intrinsics == camera.read().intrinsics == D435I_COLOUR
 
 
@@ -141,7 +142,7 @@ def test_an_episode_without_errors_drives_as_a_robot_that_nothing_was_done_to(
 ):
     exact, config = driven(), row(45).config
     with (
-        World(house, config.world, config.mount.T_base_cam, SOFA.home) as world,
+        World(house, RehearsalConfig.of(config).world, config.mount.T_base_cam, SOFA.home) as world,
         Rig(config, "sim", "sim", world) as rig,
     ):
         recorder = TruthRecorder(world, SeenFloor(world, config))

@@ -9,9 +9,9 @@ import pytest
 from benchmarks import loop_latency
 from benchmarks.episodes.latency import DecidedBase, Latencies, slow_devices
 from benchmarks.loop_latency import LoopTimes, TimedClock
-from sim_stubs.clock import SimulatedClock
 from vizbot.config import Config
 from vizbot.core.devices import Devices
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, Twist
 
 AHEAD, ROUND = Twist(0.2, 0.0), Twist(0.0, 1.0)

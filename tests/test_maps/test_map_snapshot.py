@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from mapping import map_bundle
 from mapping.odometry.features import Features
-from sim_stubs.clock import SimulatedClock
 from tests.conftest import MeanColours
 from tests.helpers.box_room import T_BASE_CAM, render
 from tests.helpers.bundles import assert_same
 from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import planar
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import PoseEstimate, Tracking
 from vizbot.perception.interfaces import PerceptionParts
 from vizbot.perception.perception import Perception

@@ -11,13 +11,13 @@ from mapping.keyframes.anchors import Keyframes
 from mapping.map_bundle import MapBundle, load, save, with_background
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.depth_mapper import DepthMapper
-from sim_stubs.clock import SimulatedClock
 from tests.helpers.box_room import T_BASE_CAM, dead_reckoning, lap, render
 from tests.helpers.boxes import LOW_BOX, MOUNT, see
 from tests.helpers.bundles import Encoder, bundle_of
 from vizbot.config import Config, PerceptionConfig
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert, planar, rotation_angle
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import OccupancyGrid, Tracking
 from vizbot.perception.perception import Perception
 from vizbot.perception.run_record import RunRecord

@@ -16,7 +16,8 @@ from vizbot.commands.options import CalibrateOptions
 from vizbot.config import Config, MountConfig, load_config
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.types import PoseEstimate, Tracking, Twist
-from vizbot.rig import Rig
+from vizbot.rehearsal.config import RehearsalConfig
+from vizbot.rehearsal.rig import Rig
 
 OFFSET = 0.01
 """How far off the camera's place on the base may be found, ahead and to the left [m]."""
@@ -73,8 +74,9 @@ def test_wheels_and_mount_are_found_from_what_the_robot_sees(seed, home):
         true_bias = rig.devices.camera._inertial._gyro_bias
     assert legs == list(Leg)
     found, mount = solve(samples, believed), simulated.mount
-    assert found.wheel_base == pytest.approx(simulated.world.wheel_base, rel=0.01)
-    assert found.wheel_scale == pytest.approx(simulated.world.wheel_scale, rel=0.01)
+    body = RehearsalConfig.of(simulated).world
+    assert found.wheel_base == pytest.approx(body.wheel_base, rel=0.01)
+    assert found.wheel_scale == pytest.approx(body.wheel_scale, rel=0.01)
     assert found.mount.height == pytest.approx(mount.height, rel=0.01)
     for angle in ("tilt", "yaw", "roll"):
         wanted = getattr(mount, angle)
@@ -191,7 +193,7 @@ def test_a_real_base_is_driven_only_once_somebody_has_confirmed_it(
     def open_devices(*_):
         raise ConfigError("the devices are opened")
 
-    monkeypatch.setattr("vizbot.commands.calibrate.Rig", open_devices)
+    monkeypatch.setattr("vizbot.commands.calibrate.opened_devices", open_devices)
     monkeypatch.setattr("vizbot.commands.calibrate.require_devices", lambda *plugged_in: None)
     monkeypatch.setattr("sys.stdin", io.StringIO(typed))
     with pytest.raises(ConfigError, match=becomes):

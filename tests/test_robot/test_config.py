@@ -2,12 +2,32 @@ import pytest
 
 from vizbot.config import Config, load_config, write_config
 from vizbot.core.errors import ConfigError
+from vizbot.rehearsal.config import RehearsalConfig
 
 
 def test_what_is_written_is_read_back_the_same(tmp_path):
     config = Config.model_validate({"clip": "ViT-B/32", "mount": {"height": 0.7}})
     write_config(config, tmp_path / "config.toml")
     assert load_config(tmp_path / "config.toml") == config
+
+
+def test_a_robot_passes_over_the_settings_of_rehearsals_and_keeps_them(tmp_path):
+    (tmp_path / "robot.toml").write_text("[world]\nwheel_bse = 0.2\n[sim_camera]\nrate = 5\n")
+    config = load_config(tmp_path / "robot.toml")
+    write_config(config, tmp_path / "config.toml")
+    assert load_config(tmp_path / "config.toml") == config
+    with pytest.raises(ConfigError, match=r"no setting world\.wheel_bse; use wheel_base"):
+        RehearsalConfig.of(config)
+
+
+def test_a_rehearsal_writes_every_setting_of_its_own_beside_the_robots(tmp_path):
+    given = Config(clip="ViT-B/32", sim_camera={"rate": 5.0})
+    config = RehearsalConfig.of(given).within(given)
+    write_config(config, tmp_path / "config.toml")
+    again = load_config(tmp_path / "config.toml")
+    assert again == config and again.clip == "ViT-B/32"
+    assert RehearsalConfig.of(again) == RehearsalConfig.of(given)
+    assert RehearsalConfig.of(again).sim_camera.rate == 5.0
 
 
 def test_a_misspelt_key_is_named(tmp_path):

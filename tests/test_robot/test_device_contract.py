@@ -21,7 +21,6 @@ from drivers.roomba.config import RoombaConfig
 from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress, open_serial
 from drivers.tum_sequence import RecordedSequence
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.realsense.config import SimulatedRealSenseConfig
 from sim_stubs.realsense.software_device import SoftwareD435i
@@ -35,6 +34,7 @@ from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import yaw_of
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, BaseMode, Intrinsics, Twist
 
 

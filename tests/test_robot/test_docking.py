@@ -11,7 +11,6 @@ from drivers.roomba.base import Roomba
 from drivers.roomba.packets import Buttons
 from drivers.roomba.serial_port import open_serial
 from drivers.roomba.service import LockstepLink
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.box_room import BoxCamera
@@ -20,6 +19,7 @@ from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import BaseMode
 from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.session.drive_lease import DriveLease

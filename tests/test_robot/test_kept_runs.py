@@ -103,7 +103,9 @@ def opened_with(recorder, bundle=bundle_of, close=lambda: None, finish=lambda: N
     """An open run, as far as it is written."""
     return OpenRun(
         config=Config(),
-        rig=SimpleNamespace(world=None, close=close),
+        devices=None,
+        close=close,
+        rehearsal=None,
         pipeline=SimpleNamespace(
             bundle=bundle, finish=finish, map=SimpleNamespace(has_frames=False)
         ),
@@ -111,7 +113,6 @@ def opened_with(recorder, bundle=bundle_of, close=lambda: None, finish=lambda: N
         report=Report(recorder.folder, None),
         notice=None,
         served=None,
-        scorer=None,
         began=0.0,
     )
 

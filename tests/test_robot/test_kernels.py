@@ -13,7 +13,7 @@ from tests.helpers.checkout import ROOT
 from vizbot.config import Config
 from vizbot.core.program import kernel_folder
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig
+from vizbot.rehearsal.rig import Rig
 
 _PROGRAM = """
 import json
@@ -24,7 +24,7 @@ event.register("numba:compile", listener)
 from tests.conftest import MeanColours
 from vizbot.config import Config
 from vizbot.pipeline import Pipeline
-from vizbot.rig import Rig
+from vizbot.rehearsal.rig import Rig
 
 config = Config()
 with Rig(config, "sim", "sim", "1100") as rig:

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import pytest
 
-from sim_stubs.clock import SimulatedClock
 from tests.helpers.scripted_robot import ScriptedBase, ticks
 from tests.helpers.watched_robot import first_step
 from vizbot.behaviours.safety import MAYBE_MOVED
 from vizbot.config import ObjectNavConfig
 from vizbot.core.observer import Outcome
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, BaseMode, Button, Tracking
 from vizbot.mission import explore
 from vizbot.objectnav.tasks import Task

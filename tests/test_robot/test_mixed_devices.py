@@ -12,11 +12,12 @@ from drivers.roomba import serial_port
 from drivers.roomba.serial_port import SerialAddress
 from sim_stubs.realsense.software_device import SoftwareD435i
 from sim_stubs.world.body import Contacts
-from vizbot import rig
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.types import BaseMode, BaseState, Twist
-from vizbot.mixed_devices import FollowedBase
+from vizbot.rehearsal.mixed_devices import FollowedBase
+from vizbot.rehearsal.rig import Rig
+from vizbot.rig import open_base
 
 
 class Wall:
@@ -84,7 +85,7 @@ def plugged_in(monkeypatch):
 
 def test_a_real_camera_goes_with_a_simulated_base(plugged_in):
     config = Config(realsense=RealSenseConfig(imu=False))
-    with rig.Rig(config, "realsense", "sim", "0") as devices:
+    with Rig(config, "realsense", "sim", "0") as devices:
         frame = devices.devices.camera.read(timeout=5.0)
         assert frame.depth.shape == (480, 640)
         assert len(frame.imu.gyro_stamps) == 0
@@ -101,5 +102,5 @@ def test_a_base_that_is_plugged_in_elsewhere_is_looked_for_by_its_identity(monke
 
     monkeypatch.setattr("drivers.roomba.reflex_process.process_link.ProcessLink", link)
     with pytest.raises(serial_port.DeviceError):
-        rig.open_base(Config(serial_port="/dev/ttyUSB9"), "roomba", None, None)
+        open_base(Config(serial_port="/dev/ttyUSB9"), None, None)
     assert [type(address) for address in addresses] == [SerialAddress]

@@ -13,11 +13,11 @@ from mapping.clip.scores import Background, Query
 from mapping.clip.weights import fitted_weights
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.slam.slam import Slam
-from sim_stubs.clock import SimulatedClock
 from tests.helpers.box_room import CAMERA, T_BASE_CAM, dead_reckoning, lap, render
 from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import invert, planar, transform
 from vizbot.core.program.interrupts import ending_on_signals
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.perception.perception import Perception
 
 AT_ONCE = PerceptionConfig(embedding_latency=0.0)

@@ -12,11 +12,11 @@ import pytest
 
 import vizbot.recorder
 from mapping import map_bundle
-from sim_stubs.clock import SimulatedClock
 from tests.helpers.bundles import Snapshot, assert_same, bundle_of
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.observer import Effort, GoalReport, Outcome
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, Twist
 from vizbot.recorder import Recorder
 

@@ -10,7 +10,9 @@ from sim_stubs.world.world import World
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import BaseMode, Twist
-from vizbot.rig import Rig, open_encoder
+from vizbot.rehearsal.config import RehearsalConfig
+from vizbot.rehearsal.rig import Rig
+from vizbot.rig import open_encoder
 
 DEADLINE = 20.0
 
@@ -23,7 +25,7 @@ def roomba_port():
 
 
 def test_simulated_devices_share_one_world_and_one_clock():
-    config = Config()
+    config, rate = Config(), RehearsalConfig().sim_camera.rate
     with Rig(config, "sim", "sim", "0") as rig:
         devices = rig.devices
         first = devices.camera.read()
@@ -32,7 +34,7 @@ def test_simulated_devices_share_one_world_and_one_clock():
             devices.base.drive(Twist(0.0, 1.0))
             frame = devices.camera.read()
         assert devices.base.read().mode is BaseMode.SAFE
-        assert frame.stamp - first.stamp == pytest.approx(5 / config.sim_camera.rate, abs=0.016)
+        assert frame.stamp - first.stamp == pytest.approx(5 / rate, abs=0.016)
         turned = np.linalg.inv(start) @ rig.world.T_world_base
         believed = devices.base.read().T_odom_base
         np.testing.assert_allclose(believed[:2, :2], turned[:2, :2], atol=0.03)

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from sim_stubs.clock import SimulatedClock
 from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.geometry import camera_mount
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, BaseMode, BaseState, Button, ImuSamples, RGBDFrame
 from vizbot.perception.sensor_reader import SensorReader
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from sim_stubs.clock import SimulatedClock
 from sim_stubs.faults.catalogue import FaultSchedule, parse_faults
 from sim_stubs.faults.faulty_camera import FaultyCamera
 from sim_stubs.world.box_room import CAMERA, BoxCamera
 from sim_stubs.world.free_floor import FreeFloor
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.geometry import camera_mount, planar
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import ImuSamples, RGBDFrame
 
 

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from sim_stubs.world.config import WorldConfig
-from sim_stubs.world.plan_process import PlanProcess
 from sim_stubs.world.world_name import plan_world, shape_of
 from tests.test_homes.test_home_digests import digest_of
 from vizbot.commands.run_plan import DeviceChoice, DryRunPlan, RunPlan, world_beside
 from vizbot.config import Config
 from vizbot.core.geometry import planar
+from vizbot.rehearsal.choice import choose
+from vizbot.rehearsal.plan_process import PlanProcess
 
 OUTLINE = WorldConfig().outline(height=0.6, forward=0.05)
 
@@ -60,7 +61,7 @@ def test_only_the_home_of_a_seed_is_planned_beside(camera, world, is_planned, mo
     begun = []
     monkeypatch.setattr(PlanProcess, "__init__", lambda self, *asked: begun.append(asked))
     monkeypatch.setattr(PlanProcess, "close", lambda self: None)
-    devices = DeviceChoice(camera, "sim", world, None, "sofa", None, None, [])
+    devices = DeviceChoice(camera, "sim", None, choose(camera, "sim", world, "sofa"))
     plan = DryRunPlan(RunPlan(Path(), Config(), None, False), devices, ["sofa"])
     with world_beside(plan) as process:
         assert (process is not None) is is_planned

@@ -3,7 +3,7 @@ from threading import Event
 
 import pytest
 
-from sim_stubs.clock import SimulatedClock
+from vizbot.core.simulated_clock import SimulatedClock
 
 
 class Recorder:

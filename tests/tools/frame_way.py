@@ -15,10 +15,10 @@ from pathlib import Path
 from types import FrameType, SimpleNamespace
 from typing import Any
 
-from sim_stubs.clock import SimulatedClock
 from tests.helpers.box_room import T_BASE_CAM, dead_reckoning, lap, render, turns, with_gyro
 from tests.helpers.checkout import ROOT
 from vizbot.config import PerceptionConfig
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.operator.printing import echo
 from vizbot.perception.perception import Perception
 

@@ -82,7 +82,7 @@ def dry_run(options: DryRunOptions) -> None:
     if options.run.verbose:
         show_events()
     if options.faults == "list":
-        from vizbot.commands.faults import show
+        from vizbot.rehearsal.fault_table import show
 
         show()
         return

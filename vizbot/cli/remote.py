@@ -15,7 +15,9 @@ from vizbot.commands.options import (
     TeleopOptions,
     TokenOption,
 )
-from vizbot.operator.client.endpoint import HERE, LANGUAGE, SPEECH
+from vizbot.operator.client.endpoint import LANGUAGE, SPEECH
+from vizbot.operator.client.stop import HERE, send_stop
+from vizbot.operator.printing import echo
 
 if TYPE_CHECKING:
     from vizbot.operator.client.robot_client import RobotClient
@@ -84,11 +86,8 @@ def explore(
 
 def stop(url: UrlOption = HERE, token: UnusedTokenOption = None) -> None:
     """Stop a robot that is running, at once; what it was asked for is called off."""
-    from vizbot.commands.remote import stop
-    from vizbot.operator.client.robot_client import RobotClient
-
-    with RobotClient(url, None) as client:
-        stop(client)
+    send_stop(url)
+    echo("stopped")
 
 
 def status(as_json: JsonOption = False, url: UrlOption = HERE, token: TokenOption = None) -> None:

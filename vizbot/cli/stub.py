@@ -1,4 +1,4 @@
-"""Command line of `vizbot stub`; what it does is in `vizbot.commands.stub`."""
+"""Command line of `vizbot stub`; what it does is in `vizbot.rehearsal.stub`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ stub_app = typer.Typer(help="Simulated devices for any program.", no_args_is_hel
 @stub_app.command("roomba", epilog="Example: vizbot stub roomba")
 def stub_roomba() -> None:
     """A simulated Roomba on a serial port that any program can open; Ctrl-C ends it."""
-    from vizbot.commands.stub import roomba
+    from vizbot.rehearsal.stub import roomba
 
     roomba()
 
@@ -25,6 +25,6 @@ def stub_realsense(
     seconds: Annotated[float, typer.Option(help="How long.")] = 10.0,
 ) -> None:
     """Record the RealSense of a robot that turns, for any RealSense program to play."""
-    from vizbot.commands.stub import realsense
+    from vizbot.rehearsal.stub import realsense
 
     realsense(world, out, seconds)

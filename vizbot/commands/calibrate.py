@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +12,16 @@ import tomlkit
 from rich.console import Console
 from rich.table import Table
 
-from sim_stubs.world.world_spec import require_world
 from vizbot.calibration.drive import record
 from vizbot.calibration.solve import Calibration, solve
 from vizbot.commands.config.discovery import load_settings, settings_file
 from vizbot.commands.options import CalibrateOptions
 from vizbot.config import Config, load_config
+from vizbot.core.devices import Devices
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable, write_whole
 from vizbot.operator.printing import echo
-from vizbot.rig import Rig, require_devices
+from vizbot.rig import opened_devices, require_devices
 
 _LONGEST_LINE = 1000
 """Letters of an answer that are read at most."""
@@ -46,15 +47,17 @@ def run(options: CalibrateOptions) -> None:
     if camera not in ("sim", "realsense"):
         raise ConfigError(f"--camera {camera} cannot be calibrated; use realsense or sim")
     if "sim" in (camera, base):
-        require_world(options.world)
+        from vizbot.rehearsal.choice import choose
+
+        choose(camera, base, options.world)
     require_devices(config, camera, base)
     if not options.yes and base == "roomba":
         echo("The robot turns twice to each side and drives 1.5 m ahead and back.")
         echo("2 m ahead must be free. Enter to start.")
         if not sys.stdin.readline(_LONGEST_LINE):
             raise ConfigError("nobody confirmed that the robot may drive; use --yes")
-    with Rig(config, camera, base, options.world) as rig:
-        samples = record(rig.devices, config, lambda line: echo(line, err=True))
+    with _opened(config, options) as devices:
+        samples = record(devices, config, lambda line: echo(line, err=True))
     found = solve(samples, config)
     written = False
     try:  # written before it is printed, which may fail
@@ -68,6 +71,18 @@ def run(options: CalibrateOptions) -> None:
         else:
             by_hand = tomlkit.dumps(_settings(found))
             echo(f"\nadd this to the robot's settings:\n\n{by_hand}")
+
+
+@contextmanager
+def _opened(config: Config, options: CalibrateOptions) -> Iterator[Devices]:
+    if "sim" not in (options.camera, options.base):
+        with opened_devices(config, options.camera, options.base) as devices:
+            yield devices
+        return
+    from vizbot.rehearsal.rig import Rig
+
+    with Rig(config, options.camera, options.base, options.world) as rig:
+        yield rig.devices
 
 
 def updated(config_path: Path | None, found: Calibration) -> str:

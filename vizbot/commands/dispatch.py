@@ -8,8 +8,8 @@ from functools import partial
 from queue import SimpleQueue
 from typing import Any, Protocol, Self
 
-from vizbot.commands.remote import whoami
 from vizbot.operator.client.robot_client import answer_lines
+from vizbot.operator.client.stop import whoami
 from vizbot.operator.language.command import Stop
 from vizbot.operator.printing import echo
 from vizbot.operator.voice.intent import Utterance

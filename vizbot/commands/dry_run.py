@@ -6,8 +6,6 @@ import json
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from sim_stubs.clock import SimulatedClock
-from sim_stubs.world.plan_process import PlanProcess
 from vizbot.commands.open_run import OpenRun, open_run
 from vizbot.commands.options import DryRunOptions
 from vizbot.commands.run_plan import DryRunPlan
@@ -21,6 +19,7 @@ from vizbot.pipeline import Pipeline
 
 if TYPE_CHECKING:
     from vizbot.commands.serve import ServedRun  # its module loads the console's server
+    from vizbot.rehearsal.plan_process import PlanProcess
 
 
 def run(plan: DryRunPlan, options: DryRunOptions, world: PlanProcess | None = None) -> bool:
@@ -48,7 +47,7 @@ def run(plan: DryRunPlan, options: DryRunOptions, world: PlanProcess | None = No
             | {
                 "camera": choice.camera,
                 "base": choice.base,
-                "world": choice.world if opened.rig.world is not None else None,
+                "world": choice.world or None,
             }
         )
         _print(opened, metrics, options, failure)
@@ -66,7 +65,7 @@ def _do_all(opened: OpenRun, goals: Sequence[str], options: DryRunOptions) -> bo
 
 def _drive_or_watch(opened: OpenRun, goals: Sequence[str]) -> bool:
     """Whether the robot believes that it has arrived everywhere, or a recording had frames."""
-    pipeline, devices = opened.pipeline, opened.rig.devices
+    pipeline, devices = opened.pipeline, opened.devices
     wanted = [pipeline.goal(goal) for goal in goals]
     max_steps = opened.config.objectnav.max_steps
     if devices.base is None:
@@ -82,7 +81,7 @@ def _drive_or_watch(opened: OpenRun, goals: Sequence[str]) -> bool:
 def _explore_and_ask(opened: OpenRun, goals: Sequence[str]) -> bool:
     """Whether nothing was left to see; then the map is asked for the goals all the same."""
     max_steps = opened.config.objectnav.max_exploration_steps
-    outcome, reason = explore_all(opened.pipeline, opened.rig.devices, max_steps)
+    outcome, reason = explore_all(opened.pipeline, opened.devices, max_steps)
     if outcome is not Outcome.EXPLORED:
         echo(f"the exploration has not come to its end: {reason}", err=True)
     _look_up_all(opened.pipeline, goals)
@@ -130,10 +129,11 @@ def _to_the_end(pipeline: Pipeline, work: Callable[[], bool]) -> tuple[bool, Bas
 
 
 def _metrics(opened: OpenRun, claimed: bool, failure: BaseException | None) -> dict[str, object]:
-    success, scorer, clock = claimed, opened.scorer, opened.rig.devices.clock
+    success, clock, rehearsal = claimed, opened.devices.clock, opened.rehearsal
+    scorer = None if rehearsal is None else rehearsal.scorer
     if scorer is not None:
         success = failure is None and all(verdict.success for verdict in scorer.verdicts)
-    lockstep_world = opened.rig.world if isinstance(clock, SimulatedClock) else None
+    lockstep_world = rehearsal.world if rehearsal is not None and clock.simulated else None
     return {
         "success": success,
         "judged": scorer is not None,
@@ -157,7 +157,8 @@ def _print(
 ) -> None:
     if opened.notice:
         echo(opened.notice, err=True)
-    for verdict in opened.scorer.verdicts if opened.scorer is not None else ():
+    scorer = None if opened.rehearsal is None else opened.rehearsal.scorer
+    for verdict in () if scorer is None else scorer.verdicts:
         if not verdict.success:
             echo(f"the scorer says: {verdict.reason}", err=True)
     if options.as_json:
@@ -166,7 +167,7 @@ def _print(
         what = "was mapped" if metrics["map"] is not None else "is left of the run"
         echo(f"what {what} until then is in {opened.folder}", err=True)
     elif not options.as_json:
-        done = "processed" if opened.rig.devices.base is None else "arrived"
+        done = "processed" if opened.devices.base is None else "arrived"
         if options.serve:
             done = "ended"
         elif options.explore:

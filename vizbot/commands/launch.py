@@ -65,7 +65,7 @@ def _serve(opened: OpenRun, served: ServedRun, service: Service, language: Langu
         served.serve(opened.pipeline, service, [], opened.config.objectnav)
 
     # The robot stops first; the folder is written while it stands.
-    failure = first_error(serve, opened.rig.close, opened.pipeline.finish)
+    failure = first_error(serve, opened.close, opened.pipeline.finish)
     told = {"error": None if failure is None else one_line(failure)}
     _, lost = opened.write(opened.totals() | told)
     if (error := failure or lost) is not None:

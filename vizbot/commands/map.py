@@ -25,7 +25,7 @@ from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.language.command import HowMany
 from vizbot.operator.printing import echo, printable
 from vizbot.operator.session.saved_maps import SavedMaps, find_map
-from vizbot.rig import Rig, open_encoder, open_map_encoder, require_encoder
+from vizbot.rig import open_encoder, open_map_encoder, opened_devices, require_encoder
 
 
 def build(options: MapBuildOptions) -> None:
@@ -49,7 +49,7 @@ def build(options: MapBuildOptions) -> None:
     truth = sequence / "groundtruth.txt"
     known = read_trajectory(truth) if truth.exists() else None
     frames = _TrackedFrames()
-    with Rig(config, str(sequence), "none", "", recording) as rig:
+    with opened_devices(config, str(sequence), "none", recording) as devices:
         from vizbot.commands.progress import Progress, parts_with_bank
         from vizbot.mission import watch
         from vizbot.pipeline import Pipeline
@@ -57,7 +57,7 @@ def build(options: MapBuildOptions) -> None:
         encoder = open_encoder(config.clip, config.device, config.half)
         parts = parts_with_bank(encoder)
         with Progress() as progress:
-            pipeline = Pipeline(rig.devices, encoder, config, [progress, frames], parts)
+            pipeline = Pipeline(devices, encoder, config, [progress, frames], parts)
             watch(pipeline, [])
     bundle = pipeline.bundle()
     if bundle is None:

@@ -6,22 +6,19 @@ import logging
 import shlex
 import sys
 import time
-from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sim_stubs.faults.faulty_encoder import FaultyEncoder
-from sim_stubs.faults.faulty_program import FaultyObserver, Killer
-from sim_stubs.world.plan_process import PlanProcess
 from vizbot import __version__
 from vizbot.commands.progress import Progress, parts_with_bank
 from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.config import Config
+from vizbot.core.devices import Devices
 from vizbot.core.observer import Observer
 from vizbot.core.program.garbage import collecting_afterwards
 from vizbot.core.program.interrupts import (
@@ -35,13 +32,14 @@ from vizbot.operator.session.notifications import OutcomeFeedback
 from vizbot.operator.viewer.open_viewer import open_viewer
 from vizbot.pipeline import Pipeline, require_usable
 from vizbot.recorder import Recorder
-from vizbot.rig import Rig, open_encoder
+from vizbot.rig import open_encoder, opened_devices
 
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
-    from sim_stubs.scoring.success import GoalScorer  # its module loads the simulated homes
-    from sim_stubs.world.world import World
     from vizbot.commands.serve import ServedRun  # its module loads the console's server
+    from vizbot.perception.interfaces import PerceptionParts
+    from vizbot.rehearsal.plan_process import PlanProcess
+    from vizbot.rehearsal.rig import Rig
 
 
 log = logging.getLogger(__name__)
@@ -56,24 +54,26 @@ class OpenRun:
 
     Attributes:
         config: Its settings.
-        rig: Its devices.
+        devices: Its devices, not those that people share.
+        close: Closes them.
+        rehearsal: What is simulated of and around them; None where nothing is.
         pipeline: Does the work, on the devices that people share where the run is served.
         recorder: Writes its folder.
         report: Draws its page.
         notice: What must be said wherever the encoder answers; None for nothing.
         served: What people talk to; None where the run is not served.
-        scorer: Judges the goals by the simulated world; None where none is to be judged.
         began: When it was opened, by the process's monotonic clock [s].
     """
 
     config: Config
-    rig: Rig
+    devices: Devices
+    close: Callable[[], None]
+    rehearsal: Rig | None
     pipeline: Pipeline
     recorder: Recorder
     report: Report
     notice: str | None
     served: ServedRun | None
-    scorer: GoalScorer | None
     began: float
 
     @property
@@ -114,7 +114,7 @@ class OpenRun:
         return kept, lost or unreported
 
     def _write_report(self, metrics: Mapping[str, object]) -> None:
-        world = self.rig.world
+        world = None if self.rehearsal is None else self.rehearsal.world
         drawn = () if world is None else (world.top_view(), world.attributions)
         self.report.finish(metrics, *drawn)
 
@@ -150,91 +150,67 @@ def open_run(
         run_log = opened.enter_context(RunLog())
         log.info("vizbot %s: %s", __version__, shlex.join(sys.argv[1:]))
         with letting_interrupts_through():
-            with collecting_afterwards():
-                simulated, encoder = _world_and_encoder(config, choice, world, opened)
-            log.info("encoder %s on %s", encoder.model_id, config.device)
-            require_usable(plan.saved_map, encoder, config)  # before there is a folder
-            parts = parts_with_bank(encoder)
-            rig = opened.enter_context(
-                Rig(
-                    config,
-                    choice.camera,
-                    choice.base,
-                    choice.world if simulated is None else simulated,
-                    choice.recording,
-                    choice.first_goal,
-                    choice.faults,
-                )
-            )
-        where = f", world {choice.world}" if rig.world is not None else ""
+            held = opened.enter_context(ExitStack())
+            encoder, parts, own, rehearsal = _open_devices(plan, choice, world, held)
+        where = f", world {choice.world}" if choice.world else ""
         log.info("devices open: camera %s, base %s%s", choice.camera, choice.base, where)
-        if rig.world is not None and rig.world.notice:
-            echo(rig.world.notice, err=True)
+        if rehearsal is not None and rehearsal.world is not None and rehearsal.world.notice:
+            echo(rehearsal.world.notice, err=True)
         recorder = Recorder(plan.folder, config)
-        run_log.open(recorder.folder, rig.devices.clock)
+        run_log.open(recorder.folder, own.clock)
         report = Report(recorder.folder, encoder.notice)
         notice = encoder.notice
         progress = Progress(config.objectnav.max_steps)
         observers: list[Observer] = [recorder, report, opened.enter_context(progress), GoalLog()]
-        if rig.schedule is not None:
-            encoder = FaultyEncoder(encoder, rig.schedule)
-            observers[1] = FaultyObserver(report, rig.schedule)
-            observers.append(Killer(rig.schedule))
-        served = _shared(rig, recorder, report, plan.map_folder) if serve else None
+        if rehearsal is not None:
+            encoder = rehearsal.disturbed(encoder)
+            observers[1], *killer = rehearsal.on_faulty_disk(report)
+            observers += killer
+        served = _shared(own, recorder, report, plan.map_folder) if serve else None
         shared_base = None if served is None else served.base
         if plan.rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder, shared_base)))
-        devices = rig.devices if served is None else served.devices
+        devices = own if served is None else served.devices
         if devices.base is not None:
             observers.append(OutcomeFeedback(devices.base))
-        scorer = _scorer(rig) if score else None
-        if scorer is not None:
-            observers.append(scorer)
+        if score and rehearsal is not None:
+            observers += rehearsal.judges()
         if served is not None:
             observers.append(served.session)
         pipeline = Pipeline(devices, encoder, config, observers, parts, plan.saved_map)
-        recorder.keep_map(pipeline.snapshot, rig.devices.clock)
-        yield OpenRun(config, rig, pipeline, recorder, report, notice, served, scorer, began)
+        recorder.keep_map(pipeline.snapshot, own.clock)
+        reported = recorder, report, notice
+        yield OpenRun(config, own, held.close, rehearsal, pipeline, *reported, served, began)
 
 
-def _world_and_encoder(
-    config: Config, choice: DeviceChoice, planned: PlanProcess | None, opened: ExitStack
-) -> tuple[World | None, ClipEncoder]:
-    """The simulated world, which refuses more than an encoder does, and sooner; then the encoder.
+def _open_devices(
+    plan: RunPlan, choice: DeviceChoice, planned: PlanProcess | None, opened: ExitStack
+) -> tuple[ClipEncoder, PerceptionParts | None, Devices, Rig | None]:
+    """The encoder, what perception begins with, the devices, and what is simulated of them."""
+    config, simulated = plan.config, choice.rehearsal
+    open_it = partial(open_encoder, config.clip, config.device, config.half)
+    with collecting_afterwards():
+        if simulated is None:
+            encoder = open_it()
+        else:
+            from vizbot.rehearsal.rig import Rig, open_world_and_encoder
 
-    The encoder of a planned world opens beside it: waits for the plan and for MuJoCo leave it the
-    interpreter.
-    """
-    mount = config.mount.T_base_cam
-    if planned is None:
-        world = None
-        if choice.camera == "sim":
-            from sim_stubs.world.world_name import open_world
-
-            goal, labels, start = choice.first_goal, choice.labels, choice.start
-            world = open_world(choice.world, config.world, mount, goal, labels, start)
-            opened.enter_context(world)
-        return world, open_encoder(config.clip, config.device, config.half)
-    with ThreadPoolExecutor(1) as beside:
-        encoder = beside.submit(open_encoder, config.clip, config.device, config.half)
-        import sim_stubs.world.renderer  # noqa: F401
-        from sim_stubs.world.world import World
-
-        plan = planned.plan()
-        shape = partial(planned.shape, plan)
-        world = opened.enter_context(World.of_plan(plan, config.world, mount, shape))
-        return world, encoder.result()
+            world, encoder = open_world_and_encoder(config, simulated, planned, open_it, opened)
+    log.info("encoder %s on %s", encoder.model_id, config.device)
+    require_usable(plan.saved_map, encoder, config)  # before there is a folder
+    parts = parts_with_bank(encoder)
+    if simulated is None:
+        of_robot = opened_devices(config, choice.camera, choice.base, choice.recording)
+        return encoder, parts, opened.enter_context(of_robot), None
+    goal, faults = simulated.first_goal, simulated.faults
+    named = (choice.camera, choice.base, world, choice.recording)
+    rig = opened.enter_context(Rig(config, *named, goal, faults))
+    return encoder, parts, rig.devices, rig
 
 
-def _shared(rig: Rig, recorder: Recorder, report: Report, begun_in: Path | None) -> ServedRun:
+def _shared(
+    devices: Devices, recorder: Recorder, report: Report, begun_in: Path | None
+) -> ServedRun:
     from vizbot.commands.serve import ServedRun
 
-    return ServedRun.share(rig.devices, recorder, report, begun_in)
-
-
-def _scorer(rig: Rig) -> GoalScorer | None:
-    if rig.world is None or rig.devices.base is None:
-        return None
-    from sim_stubs.scoring.success import GoalScorer
-
-    return GoalScorer(rig.world)
+    return ServedRun.share(devices, recorder, report, begun_in)

@@ -13,7 +13,8 @@ from typing import Annotated
 import typer
 
 from vizbot.core.method import Method
-from vizbot.operator.client.endpoint import LANGUAGE, PORT, SPEECH, Service
+from vizbot.operator.client.endpoint import LANGUAGE, SPEECH, Service
+from vizbot.operator.client.stop import PORT
 
 ConfigOption = Annotated[
     Path | None,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import getpass
 import json
 import time
 from collections.abc import Mapping, Sequence
@@ -12,6 +11,7 @@ from vizbot.commands.sentences import one_sentence, require_text
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Tracking
 from vizbot.operator.client.robot_client import RobotClient, answer_lines
+from vizbot.operator.client.stop import whoami
 from vizbot.operator.language.command import Explore, Stop
 from vizbot.operator.language.command_grammar import require_length
 from vizbot.operator.language.language import ENGLISH, Language, languages, load_language
@@ -91,14 +91,6 @@ def stop(client: RobotClient) -> None:
     """
     client.stop(whoami())
     echo("stopped")
-
-
-def whoami() -> str:
-    """The user's name; where there is none, a stop is sent all the same."""
-    try:
-        return getpass.getuser().encode(errors="replace").decode()
-    except Exception:
-        return "somebody"
 
 
 def status(client: RobotClient, as_json: bool) -> None:

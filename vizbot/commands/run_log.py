@@ -10,7 +10,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from sim_stubs.clock import SimulatedClock
 from vizbot.core.errors import VizbotError
 from vizbot.core.interfaces import Clock
 from vizbot.core.observer import GoalReport, Step
@@ -37,7 +36,7 @@ class RunLog(logging.Handler):
         self._waiting: list[str] = []
         self._file: FileIO | None = None
         self._warned = False
-        self._simulated: SimulatedClock | None = None
+        self._simulated: Clock | None = None
         self._levels: dict[str, int] = {}
 
     def open(self, folder: Path, clock: Clock) -> None:
@@ -54,7 +53,7 @@ class RunLog(logging.Handler):
         waiting, self._waiting = self._waiting, []
         for line in waiting:
             self._write(line)
-        self._simulated = clock if isinstance(clock, SimulatedClock) else None
+        self._simulated = clock if clock.simulated else None
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write a line, or let it wait."""

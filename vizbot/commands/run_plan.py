@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sim_stubs.faults.catalogue import PlannedFault, parse_faults
-from sim_stubs.world.plan_process import PlanProcess
-from sim_stubs.world.world_spec import parse_start, require_world, seed_of
-from vizbot.commands.config.discovery import load_settings
+from vizbot.commands.config.discovery import load_settings, with_rehearsal
 from vizbot.commands.options import DryRunOptions, LaunchOptions, RunOptions, ServiceOptions
 from vizbot.commands.sentences import parse_goals
 from vizbot.config import Config
@@ -31,6 +28,8 @@ from vizbot.rig import (
 
 if TYPE_CHECKING:  # loads what a run without a saved map begins without
     from mapping.map_bundle import MapBundle
+    from vizbot.rehearsal.choice import RehearsalChoice
+    from vizbot.rehearsal.plan_process import PlanProcess
 
 _LIVE = ("sim", "realsense")
 """Cameras that are no recordings."""
@@ -62,23 +61,20 @@ class DeviceChoice:
     Attributes:
         camera: `sim`, `realsense`, or the path of a recording.
         base: `sim`, `roomba` or `none`.
-        world: The simulated world; empty where nothing is simulated.
         recording: Intrinsics and metres per unit of depth of a recorded folder without
             `camera.json`.
-        first_goal: A simulated world puts the robot down far from it.
-        labels: TOML file with labels of what is in an MJCF file.
-        start: x, y [m], yaw [rad] where a simulated world puts the robot down instead.
-        faults: Planned faults, which the robot does not know of.
+        rehearsal: What is simulated; None where nothing is.
     """
 
     camera: str
     base: str
-    world: str = ""
     recording: tuple[Intrinsics, float] | None = None
-    first_goal: str = ""
-    labels: Path | None = None
-    start: tuple[float, float, float] | None = None
-    faults: Sequence[PlannedFault] = ()
+    rehearsal: RehearsalChoice | None = None
+
+    @property
+    def world(self) -> str:
+        """The simulated world; empty where there is none."""
+        return "" if self.rehearsal is None else self.rehearsal.world
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,6 +122,8 @@ def plan_dry_run(options: DryRunOptions) -> DryRunPlan:
     _refuse_service_of_nobody(options)
     devices = _device_choice(goals, options)
     run = plan_run(options.run)
+    if devices.rehearsal is not None:
+        run = replace(run, config=with_rehearsal(run.config))
     require_devices(run.config, devices.camera, devices.base)
     if options.serve:
         require_service(options.service.service())
@@ -147,11 +145,11 @@ def plan_launch(options: LaunchOptions) -> RunPlan:
 
 def world_beside(plan: DryRunPlan) -> AbstractContextManager[PlanProcess | None]:
     """A simulated home, planned by another process while this one loads the rest; else nothing."""
-    choice, config = plan.devices, plan.run.config
-    if choice.camera != "sim" or seed_of(choice.world) is None:
+    if plan.devices.rehearsal is None:
         return nullcontext()
-    outline = config.world.outline(config.mount.height, config.mount.forward)
-    return PlanProcess(choice.world, outline, choice.first_goal, choice.start)
+    from vizbot.rehearsal import choice
+
+    return choice.world_beside(plan.devices.rehearsal, plan.run.config)
 
 
 def _loaded(given: Path) -> tuple[MapBundle, Path]:
@@ -208,25 +206,20 @@ def _device_choice(goals: Sequence[str], options: DryRunOptions) -> DeviceChoice
         raise ConfigError(f"--intrinsics are not for the camera {camera!r}, which has its own")
     if camera != "sim" and (options.labels is not None or options.start is not None):
         raise ConfigError(f"--labels and --start are for --camera sim, not for {camera!r}")
-    faults = [] if options.faults is None else parse_faults(options.faults)
     if camera not in _LIVE and not Path(camera).exists():
         raise ConfigError(
             f"no camera {camera!r}; give sim, realsense, or a recording: a folder in TUM's layout,"
             " a .db3 or a .bag file"
         )
-    require_mix(camera, base, faults)
-    if camera == "sim":
-        require_world(options.world, options.labels)
-    return DeviceChoice(
-        camera,
-        base,
-        options.world,
-        _recording(intrinsics),
-        goals[0] if goals and not options.explore else "",
-        options.labels,
-        None if options.start is None else parse_start(options.start),
-        faults,
-    )
+    require_mix(camera, base)
+    rehearsal = None
+    if "sim" in (camera, base) or options.faults is not None:
+        from vizbot.rehearsal.choice import choose
+
+        goal = goals[0] if goals and not options.explore else ""
+        told = (options.labels, options.start, options.faults)
+        rehearsal = choose(camera, base, options.world, goal, *told)
+    return DeviceChoice(camera, base, _recording(intrinsics), rehearsal)
 
 
 def _recording(intrinsics: str | None) -> tuple[Intrinsics, float] | None:

@@ -8,12 +8,12 @@ from contextlib import ExitStack
 
 from vizbot.commands.config.discovery import load_settings
 from vizbot.commands.options import TeleopOptions
-from vizbot.commands.remote import whoami
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
 from vizbot.core.program.interrupts import ended_by_interrupt
 from vizbot.operator.client.remote_drive import RemoteDrive
 from vizbot.operator.client.robot_client import robot_client
+from vizbot.operator.client.stop import whoami
 from vizbot.operator.printing import PrintableFormatter, echo
 from vizbot.operator.teleop.teleop import Driven, Teleop
 from vizbot.operator.teleop.terminal import Terminal, require_terminal
@@ -44,7 +44,11 @@ def run(options: TeleopOptions) -> None:
     with ended_by_interrupt(), ExitStack() as opened:
         wheels: Driven
         if url is None:
-            wheels = open_base(config, base, clock, opened)
+            if base == "sim":
+                from vizbot.rehearsal.rig import with_simulated_base
+
+                config = with_simulated_base(config, opened)
+            wheels = open_base(config, clock, opened)
         else:
             client = opened.enter_context(robot_client(url, options.token))
             wheels = opened.enter_context(RemoteDrive(client, whoami(), over=options.over))

@@ -16,8 +16,9 @@ import typer
 from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.program.interrupts import ended_by_interrupt
-from vizbot.operator.client.endpoint import HERE, LANGUAGE
+from vizbot.operator.client.endpoint import LANGUAGE
 from vizbot.operator.client.robot_client import RobotClient, robot_client
+from vizbot.operator.client.stop import HERE
 from vizbot.operator.language.command import (
     Cancel,
     Command,

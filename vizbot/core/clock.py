@@ -32,6 +32,8 @@ class _Running(Generic[T]):
 class WallClock:
     """A `Clock` on `time.monotonic`."""
 
+    simulated = False
+
     def now(self) -> float:
         """Seconds since an arbitrary start."""
         return time.monotonic()

@@ -116,6 +116,11 @@ class Clock(Protocol):
     between two of its steps, so that a seed gives the same run twice.
     """
 
+    @property
+    def simulated(self) -> bool:
+        """Whether time passes only while somebody sleeps, in lockstep."""
+        ...
+
     def now(self) -> float:
         """Seconds since an arbitrary start; never goes back."""
         ...

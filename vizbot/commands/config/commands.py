@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from vizbot.commands.config.discovery import load_settings, settings_file
+from vizbot.commands.config.discovery import load_settings, settings_file, with_rehearsal
 from vizbot.commands.config.settings_page import settings_page
-from vizbot.commands.config.settings_table import all_tables
-from vizbot.config import Config, settings_toml
+from vizbot.commands.config.settings_table import all_tables, settings_schema
+from vizbot.config import settings_toml
 from vizbot.core.files import require_new, write_whole
 from vizbot.operator.printing import echo
 
@@ -40,7 +40,7 @@ def show(given: Path | None) -> None:
     Raises:
         ConfigError: the settings cannot be used.
     """
-    config = load_settings(given)
+    config = with_rehearsal(load_settings(given))
     if settings_file(given) is None:
         echo("settings: the defaults, since no file was given or found", err=True)
     echo(settings_toml(config).rstrip())
@@ -55,4 +55,4 @@ def schema(*, markdown: bool) -> None:
     if markdown:
         echo(settings_page(all_tables()).rstrip())
     else:
-        echo(json.dumps(Config.model_json_schema(), indent=2, ensure_ascii=False))
+        echo(json.dumps(settings_schema(), indent=2, ensure_ascii=False))

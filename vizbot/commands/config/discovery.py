@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mapping.clip.own_encoder import is_class_name
 from vizbot.config import Config, load_config
@@ -11,6 +12,9 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import user_folder
 from vizbot.core.method import Method
 from vizbot.operator.printing import echo
+
+if TYPE_CHECKING:  # loads the simulator
+    from vizbot.rehearsal.config import RehearsalConfig
 
 NAME = Path("robot.toml")
 """The settings file in the folder where a command is started."""
@@ -49,6 +53,25 @@ def load_settings(
         )
     echo(f"settings: {path}{', found in this folder' if lies_here else ''}", err=True)
     return config
+
+
+def rehearsal_settings() -> type[RehearsalConfig] | None:
+    """The settings of rehearsals; None where there is no simulator."""
+    try:
+        from vizbot.rehearsal.config import RehearsalConfig
+    except ModuleNotFoundError:
+        return None
+    return RehearsalConfig
+
+
+def with_rehearsal(config: Config) -> Config:
+    """The same settings with every one of rehearsals, where there is a simulator.
+
+    Raises:
+        ConfigError: one of those has a wrong key or value.
+    """
+    rehearsal = rehearsal_settings()
+    return config if rehearsal is None else rehearsal.of(config).within(config)
 
 
 def _lies_here(path: Path) -> bool:

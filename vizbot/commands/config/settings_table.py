@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from vizbot.commands.config.discovery import rehearsal_settings, with_rehearsal
 from vizbot.config import Config
 from vizbot.core.settings import UNIT
 from vizbot.operator.printing import printable
@@ -70,8 +71,18 @@ class Table:
 
 def all_tables() -> list[Table]:
     """All settings in the order of the models, tables after the settings that stand before them."""
-    schema = Config.model_json_schema()
-    return list(_tables("", schema, Config().model_dump(mode="json"), schema["$defs"]))
+    schema, defaults = settings_schema(), with_rehearsal(Config())
+    return list(_tables("", schema, defaults.model_dump(mode="json"), schema["$defs"]))
+
+
+def settings_schema() -> dict[str, Any]:
+    """The JSON schema of all settings; of rehearsals too, where there is a simulator."""
+    schema, rehearsal = Config.model_json_schema(), rehearsal_settings()
+    if rehearsal is not None:
+        for part, content in rehearsal.model_json_schema().items():
+            if part in ("$defs", "properties"):
+                schema[part] |= content
+    return schema
 
 
 def toml_value(value: Any) -> str:
@@ -137,6 +148,8 @@ def _values(node: Node, definitions: Node) -> str:
             return "true, false"
         case "integer":
             return ", ".join(["whole", *bounds])
+        case "object":
+            return "a table"
         case "number":
             return ", ".join(bounds) or "any number"
         case "array" if "prefixItems" in node:

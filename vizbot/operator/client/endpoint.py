@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-PORT = 8787
-HERE = f"http://127.0.0.1:{PORT}"
-"""Address of the robot that runs on this machine."""
+from vizbot.operator.client.stop import PORT
+
 SPEECH = "tiny.en"
 LANGUAGE = "en"
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import httpx
 
-from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.errors import ConfigError
+from vizbot.operator.client.stop import unreached
 
 _MAX_ANSWER = 32 * 1024 * 1024
 """What answers with more than this is no robot [bytes]."""
@@ -88,15 +89,7 @@ class HttpLink:
                 address = () if stream is None else stream.get_extra_info("server_addr")
                 body = _body(answer, until)
         except (httpx.HTTPError, httpx.InvalidURL, OSError, ValueError) as error:
-            if "CERTIFICATE_VERIFY_FAILED" in str(error):
-                raise DeviceError(
-                    f"the certificate of {self.url} is not trusted here ({error}); name it:"
-                    " SSL_CERT_FILE=robot.pem"
-                ) from error
-            raise DeviceError(
-                f"no robot answers at {self.url} ({error}); start `vizbot launch` there or give"
-                " another --url"
-            ) from error
+            raise unreached(self.url, error) from error
         return HttpAnswer(answer.status_code, _json(body), tuple(address))
 
     def close(self) -> None:

@@ -27,6 +27,7 @@ from vizbot.operator.api.auth import FREE_PATH, stored_token
 from vizbot.operator.api.errors import InvalidField
 from vizbot.operator.client.authorization import Authorization
 from vizbot.operator.client.http_link import HttpLink
+from vizbot.operator.client.stop import no_vizbot
 
 _TIMEOUT = 12.0
 """[s]"""
@@ -203,10 +204,7 @@ class RobotClient:
             hint = self.hint(answer.status)
             raise DeviceError(f"the robot at {self.url} refuses: {reason}{hint}")
         if answer.status >= 300 or not _fits(answer.content, model):
-            raise DeviceError(
-                f"what answers at {self.url} is no vizbot, or one of another version; give another"
-                " --url, or the same version on both machines"
-            )
+            raise no_vizbot(self.url)
         return answer.content
 
 

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from contextlib import ExitStack
 
-from sim_stubs.clock import SimulatedClock
 from vizbot.config import ObjectNavConfig
 from vizbot.core.interfaces import Clock
 from vizbot.core.observer import Outcome
@@ -121,7 +120,7 @@ def _end(
 
 def _by_hand(clock: Clock, base: TwistMux) -> Callable[[], None]:
     """The commands beside the loop: in lockstep once a period, on the wall clock every 20 ms."""
-    if isinstance(clock, SimulatedClock):
+    if clock.simulated:
         return base.hold
 
     def hold() -> None:

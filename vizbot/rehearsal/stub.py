@@ -20,6 +20,7 @@ from vizbot.core.geometry import planar
 from vizbot.core.program.interrupts import ended_by_interrupt
 from vizbot.operator.printing import echo
 from vizbot.operator.typed_lines import typed_lines
+from vizbot.rehearsal.config import RehearsalConfig
 
 _LONGEST = 3600.0
 """Longest recording [s]."""
@@ -61,12 +62,12 @@ def realsense(world: str, out: Path, seconds: float) -> None:
             f"--seconds {seconds:g}: a recording takes some time, {_LONGEST:g} seconds at most;"
             " give 10, say"
         )
-    config = Config()
-    with open_world(world, config.world, config.mount.T_base_cam) as home:
+    rehearsal = RehearsalConfig()
+    with open_world(world, rehearsal.world, Config().mount.T_base_cam) as home:
         if home.notice:
             echo(home.notice, err=True)
-        wheel_base = config.world.wheel_base
-        frames = record_footage(home, wheel_base, config.sim_camera, out, seconds)
+        wheel_base = rehearsal.world.wheel_base
+        frames = record_footage(home, wheel_base, rehearsal.sim_camera, out, seconds)
     echo(out)
     echo(
         f"{frames} frames with their IMU, for --camera {out} and for any RealSense program.",

@@ -33,6 +33,8 @@ class SimulatedClock:
     the time does. Without any device it advances all the same, so that timeouts fire.
     """
 
+    simulated = True
+
     def __init__(self, period: float = 0.015) -> None:
         """Start at 0; `period` [s] is that of the base's sensor frames."""
         self._period = period
