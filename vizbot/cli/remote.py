@@ -87,7 +87,7 @@ def stop(url: UrlOption = HERE, token: UnusedTokenOption = None) -> None:
     from vizbot.commands.remote import stop
     from vizbot.operator.client.robot_client import RobotClient
 
-    with RobotClient(url, None) as client:
+    with RobotClient(url, "") as client:
         stop(client)
 
 
@@ -147,6 +147,6 @@ def voice(
 
 
 def _client(url: str, token: str | None) -> RobotClient:
-    from vizbot.operator.client.robot_client import robot_client
+    from vizbot.operator.client.robot_client import RobotClient
 
-    return robot_client(url, token)
+    return RobotClient(url, token)

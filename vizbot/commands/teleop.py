@@ -13,7 +13,7 @@ from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
 from vizbot.core.program.interrupts import ended_by_interrupt
 from vizbot.operator.client.remote_drive import RemoteDrive
-from vizbot.operator.client.robot_client import robot_client
+from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.printing import PrintableFormatter, echo
 from vizbot.operator.teleop.teleop import Driven, Teleop
 from vizbot.operator.teleop.terminal import Terminal, require_terminal
@@ -46,7 +46,7 @@ def run(options: TeleopOptions) -> None:
         if url is None:
             wheels = open_base(config, base, clock, opened)
         else:
-            client = opened.enter_context(robot_client(url, options.token))
+            client = opened.enter_context(RobotClient(url, options.token))
             wheels = opened.enter_context(RemoteDrive(client, whoami(), over=options.over))
         echo(_KEYS, err=True)
         if sys.stderr.isatty():  # what the drivers log must not be written into the live line

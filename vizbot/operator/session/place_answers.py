@@ -132,7 +132,7 @@ def _most_similar(bundle: MapBundle, goal: Goal) -> list[FoundPlace]:
 def _likeliest(bundle: MapBundle, question: Query) -> list[FoundPlace]:
     """The most probable places."""
     likeliest = likeliest_places(
-        _belief(bundle, question),
+        belief_of(bundle, question),
         PlaceMap(bundle.places),
         bundle.keyframes.poses(),
         bundle.elements.embeddings,
@@ -141,7 +141,8 @@ def _likeliest(bundle: MapBundle, question: Query) -> list[FoundPlace]:
     return [_found(bundle, each.position, each.probability, each.element) for each in likeliest]
 
 
-def _belief(bundle: MapBundle, question: Query) -> PlaceBelief:
+def belief_of(bundle: MapBundle, question: Query) -> PlaceBelief:
+    """How probable each place of a map with statistics is to be what is asked for."""
     assert bundle.statistics is not None
     return belief_of_map(
         PlaceMap(bundle.places),
@@ -203,6 +204,6 @@ def _believed(
     bundle: MapBundle, question: Query, least: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
     """Places (N, 2) in `map` [m] that are more probable than `least`, and how probable (N,)."""
-    belief = _belief(bundle, question)
+    belief = belief_of(bundle, question)
     chosen = np.nonzero(belief.probabilities > least)
     return belief.xy(*chosen), belief.probabilities[chosen].astype(np.float32)
