@@ -37,17 +37,18 @@ class MountConfig(BaseModel):
     model_config = SETTINGS
 
     height: float = Field(default=0.60, ge=0.1, le=2.0)
-    """Height of the optical centre above the floor [m]."""
+    """The optical centre is this high above the floor [m]."""
     forward: float = Field(default=0.05, ge=-0.5, le=0.5)
-    """Distance of the optical centre ahead of the wheel axle [m]."""
+    """The optical centre is this far ahead of the wheel axle [m]."""
     tilt: float = Field(default=0.15, gt=-1.4, lt=1.4)
-    """Angle by which the camera looks down from the horizontal [rad]."""
+    """The camera looks down from the horizontal by this angle [rad]."""
     left: float = Field(default=0.0, ge=-0.5, le=0.5)
-    """Distance of the optical centre to the left of the middle of the axle [m]."""
+    """The optical centre is this far to the left of the middle of the axle [m]."""
     yaw: float = Field(default=0.0, gt=-1.6, lt=1.6)
-    """Angle by which the camera looks to the left of the base's heading [rad]."""
+    """The camera looks to the left of the base's heading by this angle [rad]."""
     roll: float = Field(default=0.0, gt=-0.5, lt=0.5)
-    """Angle of the camera about its optical axis, positive when its right side is lower [rad]."""
+    """The camera is turned about its optical axis by this angle, which is positive when its right
+    side is lower [rad]."""
 
     @property
     def T_base_cam(self) -> SE3:
@@ -61,9 +62,9 @@ class GyroSettlingConfig(BaseModel):
     model_config = SETTINGS
 
     seconds: float = Field(default=2.0, ge=0.0, le=600.0)
-    """The robot stands still for at least this time [s]."""
+    """The robot stands still for at least this time before it first moves [s]."""
     frames: int = Field(default=5, ge=0, le=10_000)
-    """The robot stands still for at least this number of frames [1]."""
+    """The robot stands still for at least this number of frames before it first moves [1]."""
 
 
 class BeliefSearchConfig(BaseModel):
@@ -72,27 +73,30 @@ class BeliefSearchConfig(BaseModel):
     model_config = SETTINGS
 
     sure: float = Field(default=0.8, gt=0.0, lt=1.0)
-    """Probability from which the robot says that it has arrived, early in a search [1]; in one for
-    a room until nothing is left to see."""
+    """Early in a search for a thing, and in a search for a room until nothing is left to see, the
+    robot says that it has arrived from this probability on [1]."""
     settled: float = Field(default=0.6, gt=0.0, lt=1.0)
-    """The same, late in a search for a thing [1]."""
+    """Late in a search for a thing, the robot says that it has arrived from this probability on
+    [1]."""
     last: float = Field(default=0.4, gt=0.0, lt=1.0)
-    """The same when nothing is left to see, and from twice as late on [1]."""
+    """When nothing is left to see, and after twice `patience`, the robot says that it has arrived
+    from this probability on [1]."""
     patience: int = Field(default=300, ge=1, le=1_000_000)
-    """Number of steps after which a search is late [1]."""
+    """A search is late after this number of steps [1]."""
     candidate: float = Field(default=0.25, gt=0.0, lt=1.0)
-    """Probability below which places are mostly left until nothing better is to be done [1]: a look
-    at one is worth less by the square of its share of this."""
+    """A place with less than this probability is mostly left until nothing better is to be done,
+    since a look at it is worth less by the square of its share of this [1]."""
     commitment: float = Field(default=0.3, ge=0.0, le=10.0)
-    """Share by which another aim must be better than the present one [1]."""
+    """The robot changes its aim only where another one is better by this share [1]."""
     findings: float = Field(default=0.015, ge=1e-6, le=10.0)
-    """Chance that a square metre not seen yet shows what is asked for, in a place like any other
-    [1/m^2]."""
+    """A square metre not seen yet is expected to show what is asked for with this chance, in a
+    place like any other [1/m^2]."""
     worth: float = Field(default=0.005, ge=0.0, le=10.0)
-    """Probability for each metre of way below which nothing is tried any more, after twice the
-    patience: the search ends, as not found [1/m]. It rises to that from 0 when a search is late."""
+    """A search ends as not found where nothing has more than this probability for each metre of
+    way; the limit rises to this from 0 between `patience` and twice that [1/m]."""
     doubt: float = Field(default=0.2, gt=0.0, lt=1.0)
-    """Factor of the probability of a place that was looked at from near and not believed [1]."""
+    """The probability of a place that was looked at from near and not believed is multiplied by
+    this [1]."""
 
 
 class ObjectNavConfig(BaseModel):
@@ -101,31 +105,31 @@ class ObjectNavConfig(BaseModel):
     model_config = SETTINGS
 
     method: Method = "belief"
-    """`belief` holds all that can be done next against each other, by the probabilities of places
-    (`objectnav.belief_search`). `paper` searches by the paper's Algorithm 1 and by nothing else
-    (`objectnav.paper_search`); a goal then takes `threshold`, `settling` and `max_steps` of these
-    settings alone."""
+    """The robot searches by this method: `belief` compares all that can be done next by the
+    probabilities of places; `paper` is the paper's Algorithm 1, and of these settings takes
+    `threshold`, `settling` and `max_steps` alone."""
     search: BeliefSearchConfig = BeliefSearchConfig()
     found: float = Field(default=0.5, gt=0.0, lt=1.0)
-    """Probability above which a place on the map answers a question [1]."""
+    """A place on the map answers a question when its probability is above this [1]."""
     threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
-    """Similarity above which an element is the goal (theta), by the method `paper` [1]. Without it
-    the encoder's own is used."""
+    """An element is the goal (theta) when its similarity is above this, by the method `paper`; None
+    takes the encoder's own threshold [1]."""
     settling: GyroSettlingConfig = GyroSettlingConfig()
     waypoint_reaches: tuple[Reach, ...] = Field(
         default=(Reach(distance=0.25, extent=0.05), Reach(distance=0.8, extent=0.05)), min_length=1
     )
-    """How near the robot goes to a place on the map that it is sent to, the best first."""
+    """The robot goes this near to a place on the map that it is sent to; the best entry comes
+    first."""
     max_steps: int = Field(default=1000, ge=1, le=1_000_000)
-    """Number of steps for one goal after which the robot gives up (paper, section IV-C) [1]."""
+    """The robot gives up a goal after this number of steps (paper, section IV-C) [1]."""
     max_exploration_steps: int = Field(default=3000, ge=1, le=1_000_000)
-    """Number of steps after which the robot gives up an exploration without a goal [1]."""
+    """The robot gives up an exploration without a goal after this number of steps [1]."""
     look_around: bool = True
-    """Whether the robot turns once on the spot before the first goal."""
+    """This says whether the robot turns once on the spot before the first goal."""
     look_around_rate: float = Field(default=1.3, ge=0.05, le=4.3)
-    """Angular velocity of the turn before the first goal [rad/s]."""
+    """The robot turns at this rate on the spot before the first goal [rad/s]."""
     recognising_rate: float = Field(default=0.5, ge=0.05, le=4.3)
-    """Angular velocity of the turn of a robot that is lost; slow, for sharp images [rad/s]."""
+    """A robot that is lost turns at this rate, which is low for sharp images [rad/s]."""
 
 
 class DockingConfig(BaseModel):
@@ -134,9 +138,9 @@ class DockingConfig(BaseModel):
     model_config = SETTINGS
 
     before: float = Field(default=0.8, ge=0.2, le=3.0)
-    """Distance from the dock at which the base begins to look for the contacts by itself [m]."""
+    """The base begins to look for the contacts by itself at this distance from the dock [m]."""
     patience: float = Field(default=90.0, ge=5.0, le=3600.0)
-    """Time that the base has to find the contacts [s]."""
+    """The base has this time to find the contacts [s]."""
 
 
 class PerceptionConfig(BaseModel):
@@ -149,9 +153,10 @@ class PerceptionConfig(BaseModel):
     surroundings: LocalMapConfig = LocalMapConfig()
     clip_mapper: ClipMapperConfig = ClipMapperConfig()
     embedding_latency: float = Field(default=0.12, ge=0.0, le=60.0)
-    """Duration of one frame's embedding in simulated time [s]."""
+    """The embedding of one frame takes this simulated time [s]."""
     cloud_stride: int = Field(default=8, ge=1, le=480)
-    """A keyframe adds every n-th pixel of every n-th row to the coloured cloud [px]."""
+    """A keyframe adds every n-th pixel of every n-th row to the coloured cloud, and this is n
+    [px]."""
     cloud_range: float = Field(default=4.0, ge=0.1, le=65.0)
     """Pixels with more depth than this are not added to the coloured cloud [m]."""
 
@@ -162,13 +167,14 @@ class Config(BaseModel):
     model_config = SETTINGS
 
     clip: str = "embedded"
-    """The encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or MODULE:CLASS."""
+    """This names the encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or
+    MODULE:CLASS."""
     device: str = "cpu"
-    """The device on which the encoder runs: `cpu`, `cuda` (`cuda:1` for a second one) or `auto`."""
+    """The encoder runs on this device: `cpu`, `cuda` (`cuda:1` for a second one) or `auto`."""
     half: bool = False
-    """Whether the encoder computes in 16-bit floating point, which needs CUDA."""
+    """This says whether the encoder computes in 16-bit floating point, which needs CUDA."""
     serial_port: str = "/dev/ttyUSB0"
-    """The serial port of the Roomba."""
+    """The Roomba is on this serial port."""
     mount: MountConfig = MountConfig()
     calibration: CalibrationConfig = CalibrationConfig()
     roomba: RoombaConfig = RoombaConfig()

@@ -6,8 +6,10 @@ import re
 import sys
 import tomllib
 from types import SimpleNamespace
+from typing import get_args
 
 import pytest
+from pydantic import BaseModel
 from serial.tools import list_ports
 
 from drivers.realsense.sdk import rs
@@ -199,6 +201,26 @@ def test_the_schema_describes_every_setting(run):
     assert fields["height"]["description"] and {"tilt", "serial_port"} <= set(fields)
     described = [key for key, each in fields.items() if "description" in each or "$ref" in each]
     assert described == list(fields)
+
+
+def fields_below(model):
+    """Every setting and table of a model of settings, at any depth."""
+    for name, field in model.model_fields.items():
+        yield f"{model.__name__}.{name}", field
+        kinds = [field.annotation, *get_args(field.annotation)]
+        for kind in kinds:
+            if isinstance(kind, type) and issubclass(kind, BaseModel):
+                yield from fields_below(kind)
+
+
+FIELDS = dict(fields_below(Config))
+
+
+@pytest.mark.parametrize("key", [key for key, field in FIELDS.items() if field.description])
+def test_each_description_is_a_sentence_that_can_be_read_alone(key):
+    text = " ".join(FIELDS[key].description.split())
+    assert text[0].isupper() and text.endswith(".")
+    assert not re.search(r"(?i)^(as|the same)\b|\blikewise\b|\bsuch\b", text)
 
 
 def test_the_search_has_at_most_half_of_the_47_settings_that_it_once_had():
