@@ -7,7 +7,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import FOR_PEOPLE, SETTINGS
 
 UNDOCKING_TIME = 8.0
 """Time that a robot has to leave its dock [s]."""
@@ -19,13 +19,12 @@ class CostmapConfig(BaseModel):
 
     model_config = SETTINGS
 
-    robot_radius: float = Field(default=0.175, ge=0.1, le=0.5)
+    robot_radius: float = Field(default=0.175, ge=0.1, le=0.5, json_schema_extra=FOR_PEOPLE)
     """The robot is twice this wide over the bumper [m]."""
-    margin: float = Field(default=0.025, ge=0.001, le=0.5)
+    margin: float = Field(default=0.025, ge=0.001, le=0.5, json_schema_extra=FOR_PEOPLE)
     """The robot keeps this further distance from obstacles wherever there is another path [m]."""
     slack: float = Field(default=0.05, ge=0.0, le=0.5)
-    """The map may draw obstacles too large by this; a passage that is narrower by more is closed
-    [m]."""
+    """The map may draw obstacles too large by this; a passage tighter than that is closed [m]."""
     squeeze_cost: float = Field(default=15.0, ge=0.01, le=1000.0)
     """A metre costs this where the margin just does not hold, and more towards closed cells; blur
     and noise of depth must not shut the robot in where it has come through [1]."""
@@ -72,17 +71,17 @@ class FollowerConfig(BaseModel):
 
     model_config = SETTINGS
 
-    max_linear: float = Field(default=0.43, ge=0.05, le=0.5)
+    max_linear: float = Field(default=0.43, ge=0.05, le=0.5, json_schema_extra=FOR_PEOPLE)
     """The robot drives forward at most this fast [m/s]."""
-    max_angular: float = Field(default=1.3, ge=0.05, le=4.3)
+    max_angular: float = Field(default=1.3, ge=0.05, le=4.3, json_schema_extra=FOR_PEOPLE)
     """The robot turns at most this fast [rad/s]."""
-    deceleration: float = Field(default=0.8, ge=0.05, le=10.0)
+    deceleration: float = Field(default=0.8, ge=0.05, le=10.0, json_schema_extra=FOR_PEOPLE)
     """The robot slows down by this towards the end of the path [m/s^2]."""
     lookahead: float = Field(default=0.35, ge=0.05, le=2.0)
-    """The robot pursues a point that lies this far ahead along the path [m]."""
+    """The robot pursues a point this far ahead along its path [m]."""
     min_lookahead: float = Field(default=0.15, ge=0.02, le=2.0)
-    """Beside obstacles, where cutting a bend would touch them, the robot pursues a point that lies
-    this far ahead along the path [m]."""
+    """Beside obstacles, where bends must not be cut, the robot pursues a point this far ahead
+    [m]."""
     turn_in_place_angle: float = Field(default=0.6, ge=0.05, le=3.2)
     """The robot turns before it drives where the pursued point lies this far aside [rad]."""
     turn_gain: float = Field(default=2.5, ge=0.1, le=20.0)
@@ -136,8 +135,7 @@ class FrontierConfig(BaseModel):
     model_config = SETTINGS
 
     field_of_view: float = Field(default=1.1, ge=0.1, le=3.1)
-    """The camera sees this angle horizontally, which is somewhat less than its true field of view
-    [rad]."""
+    """The camera sees this angle horizontally, somewhat less than in truth [rad]."""
     look_range: float = Field(default=2.5, ge=0.3, le=20.0)
     """Cells up to this range count as explored, though depth may reach farther [m]."""
     blind_range: float = Field(default=1.3, ge=0.0, le=5.0)
@@ -173,19 +171,19 @@ class RecoveryConfig(BaseModel):
 
     pause: float = Field(default=0.2, ge=0.05, le=5.0)
     """The robot stands still for this time before it backs off [s]."""
-    back_off_distance: float = Field(default=0.1, ge=0.02, le=0.3)
+    back_off_distance: float = Field(default=0.1, ge=0.02, le=0.3, json_schema_extra=FOR_PEOPLE)
     """The robot backs off by this distance [m]."""
-    back_off_speed: float = Field(default=0.12, ge=0.06, le=0.3)
+    back_off_speed: float = Field(default=0.12, ge=0.06, le=0.3, json_schema_extra=FOR_PEOPLE)
     """The robot backs off at this speed [m/s]."""
-    undocking: float = Field(default=0.5, ge=0.1, le=1.5)
+    undocking: float = Field(default=0.5, ge=0.1, le=1.5, json_schema_extra=FOR_PEOPLE)
     """The robot backs off from its dock by this distance before it turns [m]."""
     passive_patience: float = Field(default=3.0, ge=0.0, le=600.0)
     """A base that left Safe mode has this time to return to it, as after a corrupt byte [s]."""
-    lift_patience: float = Field(default=60.0, ge=1.0, le=86400.0)
+    lift_patience: float = Field(default=60.0, ge=1.0, le=86400.0, json_schema_extra=FOR_PEOPLE)
     """A robot that may resume by itself waits this time to be put down [s]."""
     blind_patience: float = Field(default=5.0, ge=0.0, le=600.0)
     """The robot turns once around after this time without depth, then gives up [s]."""
-    battery_floor: float = Field(default=0.1, ge=0.05, le=0.9)
+    battery_floor: float = Field(default=0.1, ge=0.05, le=0.9, json_schema_extra=FOR_PEOPLE)
     """The search ends where the charge is below this share of a full battery [1]."""
     edge_patience: float = Field(default=6.0, ge=0.5, le=600.0)
     """A robot that is still at an edge gives up after this time [s]."""

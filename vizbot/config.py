@@ -24,7 +24,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import camera_mount
 from vizbot.core.method import Method
-from vizbot.core.settings import SETTINGS, explained
+from vizbot.core.settings import FOR_PEOPLE, SETTINGS, explained
 from vizbot.core.types import SE3
 
 _LARGEST = 1024 * 1024
@@ -36,19 +36,19 @@ class MountConfig(BaseModel):
 
     model_config = SETTINGS
 
-    height: float = Field(default=0.60, ge=0.1, le=2.0)
+    height: float = Field(default=0.60, ge=0.1, le=2.0, json_schema_extra=FOR_PEOPLE)
     """The optical centre is this high above the floor [m]."""
-    forward: float = Field(default=0.05, ge=-0.5, le=0.5)
+    forward: float = Field(default=0.05, ge=-0.5, le=0.5, json_schema_extra=FOR_PEOPLE)
     """The optical centre is this far ahead of the wheel axle [m]."""
-    tilt: float = Field(default=0.15, gt=-1.4, lt=1.4)
+    tilt: float = Field(default=0.15, gt=-1.4, lt=1.4, json_schema_extra=FOR_PEOPLE)
     """The camera looks down from the horizontal by this angle [rad]."""
-    left: float = Field(default=0.0, ge=-0.5, le=0.5)
+    left: float = Field(default=0.0, ge=-0.5, le=0.5, json_schema_extra=FOR_PEOPLE)
     """The optical centre is this far to the left of the middle of the axle [m]."""
-    yaw: float = Field(default=0.0, gt=-1.6, lt=1.6)
+    yaw: float = Field(default=0.0, gt=-1.6, lt=1.6, json_schema_extra=FOR_PEOPLE)
     """The camera looks to the left of the base's heading by this angle [rad]."""
-    roll: float = Field(default=0.0, gt=-0.5, lt=0.5)
-    """The camera is turned about its optical axis by this angle, which is positive when its right
-    side is lower [rad]."""
+    roll: float = Field(default=0.0, gt=-0.5, lt=0.5, json_schema_extra=FOR_PEOPLE)
+    """The camera is rolled about its optical axis by this, positive with its right side low
+    [rad]."""
 
     @property
     def T_base_cam(self) -> SE3:
@@ -72,16 +72,15 @@ class BeliefSearchConfig(BaseModel):
 
     model_config = SETTINGS
 
-    sure: float = Field(default=0.8, gt=0.0, lt=1.0)
+    sure: float = Field(default=0.8, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
     """Early in a search for a thing, and in a search for a room until nothing is left to see, the
     robot says that it has arrived from this probability on [1]."""
-    settled: float = Field(default=0.6, gt=0.0, lt=1.0)
-    """Late in a search for a thing, the robot says that it has arrived from this probability on
-    [1]."""
-    last: float = Field(default=0.4, gt=0.0, lt=1.0)
+    settled: float = Field(default=0.6, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
+    """Late in a search for a thing, the robot says it has arrived from this probability on [1]."""
+    last: float = Field(default=0.4, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
     """When nothing is left to see, and after twice `patience`, the robot says that it has arrived
     from this probability on [1]."""
-    patience: int = Field(default=300, ge=1, le=1_000_000)
+    patience: int = Field(default=300, ge=1, le=1_000_000, json_schema_extra=FOR_PEOPLE)
     """A search is late after this number of steps [1]."""
     candidate: float = Field(default=0.25, gt=0.0, lt=1.0)
     """A place with less than this probability is mostly left until nothing better is to be done,
@@ -95,8 +94,7 @@ class BeliefSearchConfig(BaseModel):
     """A search ends as not found where nothing has more than this probability for each metre of
     way; the limit rises to this from 0 between `patience` and twice that [1/m]."""
     doubt: float = Field(default=0.2, gt=0.0, lt=1.0)
-    """The probability of a place that was looked at from near and not believed is multiplied by
-    this [1]."""
+    """A place looked at from near and not believed keeps this share of its probability [1]."""
 
 
 class ObjectNavConfig(BaseModel):
@@ -104,29 +102,30 @@ class ObjectNavConfig(BaseModel):
 
     model_config = SETTINGS
 
-    method: Method = "belief"
+    method: Method = Field(default="belief", json_schema_extra=FOR_PEOPLE)
     """The robot searches by this method: `belief` compares all that can be done next by the
     probabilities of places; `paper` is the paper's Algorithm 1, and of these settings takes
     `threshold`, `settling` and `max_steps` alone."""
     search: BeliefSearchConfig = BeliefSearchConfig()
-    found: float = Field(default=0.5, gt=0.0, lt=1.0)
+    found: float = Field(default=0.5, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
     """A place on the map answers a question when its probability is above this [1]."""
-    threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
+    threshold: float | None = Field(default=None, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
     """An element is the goal (theta) when its similarity is above this, by the method `paper`; None
     takes the encoder's own threshold [1]."""
     settling: GyroSettlingConfig = GyroSettlingConfig()
     waypoint_reaches: tuple[Reach, ...] = Field(
         default=(Reach(distance=0.25, extent=0.05), Reach(distance=0.8, extent=0.05)), min_length=1
     )
-    """The robot goes this near to a place on the map that it is sent to; the best entry comes
-    first."""
-    max_steps: int = Field(default=1000, ge=1, le=1_000_000)
+    """The robot goes this near to a place that it is sent to, by the first entry that it can."""
+    max_steps: int = Field(default=1000, ge=1, le=1_000_000, json_schema_extra=FOR_PEOPLE)
     """The robot gives up a goal after this number of steps (paper, section IV-C) [1]."""
-    max_exploration_steps: int = Field(default=3000, ge=1, le=1_000_000)
+    max_exploration_steps: int = Field(
+        default=3000, ge=1, le=1_000_000, json_schema_extra=FOR_PEOPLE
+    )
     """The robot gives up an exploration without a goal after this number of steps [1]."""
-    look_around: bool = True
+    look_around: bool = Field(default=True, json_schema_extra=FOR_PEOPLE)
     """This says whether the robot turns once on the spot before the first goal."""
-    look_around_rate: float = Field(default=1.3, ge=0.05, le=4.3)
+    look_around_rate: float = Field(default=1.3, ge=0.05, le=4.3, json_schema_extra=FOR_PEOPLE)
     """The robot turns at this rate on the spot before the first goal [rad/s]."""
     recognising_rate: float = Field(default=0.5, ge=0.05, le=4.3)
     """A robot that is lost turns at this rate, which is low for sharp images [rad/s]."""
@@ -137,9 +136,9 @@ class DockingConfig(BaseModel):
 
     model_config = SETTINGS
 
-    before: float = Field(default=0.8, ge=0.2, le=3.0)
+    before: float = Field(default=0.8, ge=0.2, le=3.0, json_schema_extra=FOR_PEOPLE)
     """The base begins to look for the contacts by itself at this distance from the dock [m]."""
-    patience: float = Field(default=90.0, ge=5.0, le=3600.0)
+    patience: float = Field(default=90.0, ge=5.0, le=3600.0, json_schema_extra=FOR_PEOPLE)
     """The base has this time to find the contacts [s]."""
 
 
@@ -155,8 +154,7 @@ class PerceptionConfig(BaseModel):
     embedding_latency: float = Field(default=0.12, ge=0.0, le=60.0)
     """The embedding of one frame takes this simulated time [s]."""
     cloud_stride: int = Field(default=8, ge=1, le=480)
-    """A keyframe adds every n-th pixel of every n-th row to the coloured cloud, and this is n
-    [px]."""
+    """A keyframe adds each n-th pixel of each n-th row to the coloured cloud; this is n [px]."""
     cloud_range: float = Field(default=4.0, ge=0.1, le=65.0)
     """Pixels with more depth than this are not added to the coloured cloud [m]."""
 
@@ -166,14 +164,13 @@ class Config(BaseModel):
 
     model_config = SETTINGS
 
-    clip: str = "embedded"
-    """This names the encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or
-    MODULE:CLASS."""
-    device: str = "cpu"
+    clip: str = Field(default="embedded", json_schema_extra=FOR_PEOPLE)
+    """The encoder is `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or MODULE:CLASS."""
+    device: str = Field(default="cpu", json_schema_extra=FOR_PEOPLE)
     """The encoder runs on this device: `cpu`, `cuda` (`cuda:1` for a second one) or `auto`."""
-    half: bool = False
+    half: bool = Field(default=False, json_schema_extra=FOR_PEOPLE)
     """This says whether the encoder computes in 16-bit floating point, which needs CUDA."""
-    serial_port: str = "/dev/ttyUSB0"
+    serial_port: str = Field(default="/dev/ttyUSB0", json_schema_extra=FOR_PEOPLE)
     """The Roomba is on this serial port."""
     mount: MountConfig = MountConfig()
     calibration: CalibrationConfig = CalibrationConfig()

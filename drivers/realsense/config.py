@@ -11,7 +11,7 @@ from typing import Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import FOR_PEOPLE, SETTINGS
 
 
 class Preset(StrEnum):
@@ -86,37 +86,34 @@ class RealSenseConfig(BaseModel):
 
     model_config = SETTINGS
 
-    serial: str | None = None
-    """The camera has this serial number, which is printed on it; None takes the first camera
-    found."""
-    width: int = Field(default=640, ge=160, le=1920)
+    serial: str | None = Field(default=None, json_schema_extra=FOR_PEOPLE)
+    """The camera has this serial number printed on it; None takes the first one found."""
+    width: int = Field(default=640, ge=160, le=1920, json_schema_extra=FOR_PEOPLE)
     """The colour and the depth image are this wide [px]."""
-    height: int = Field(default=480, ge=90, le=1080)
+    height: int = Field(default=480, ge=90, le=1080, json_schema_extra=FOR_PEOPLE)
     """The colour and the depth image are this high [px]."""
-    fps: int = Field(default=30, ge=1, le=300)
+    fps: int = Field(default=30, ge=1, le=300, json_schema_extra=FOR_PEOPLE)
     """The camera takes this number of images a second, or the nearest lower one where it lacks this
     rate, as on USB 2 [1/s]."""
-    preset: Preset | None = Preset.MEDIUM_DENSITY
+    preset: Preset | None = Field(default=Preset.MEDIUM_DENSITY, json_schema_extra=FOR_PEOPLE)
     """The camera measures depth by this preset; None leaves the camera as it is. A map needs walls
     without holes to know where the home ends, and no phantoms in doorways."""
-    exposure_limit: float | None = Field(default=0.010, ge=1e-5, le=0.2)
+    exposure_limit: float | None = Field(
+        default=0.010, ge=1e-5, le=0.2, json_schema_extra=FOR_PEOPLE
+    )
     """The camera may choose an exposure up to this for depth; None has no limit [s]. At 1 rad/s, 10
-    ms are 6 px of blur. Colour has no such setting; its exposure is limited to its frame period."""
-    emitter: bool = True
-    """This says whether to project the dots that give walls a texture; their power is left as it
-    is."""
+    ms are 6 px of blur. The exposure of colour is limited to its frame period alone."""
+    emitter: bool = Field(default=True, json_schema_extra=FOR_PEOPLE)
+    """This says whether to project the dots that give walls a texture, at the power set before."""
     filters: DepthFilterConfig = DepthFilterConfig()
     """These filters change depth, live and recorded."""
-    imu: bool = True
+    imu: bool = Field(default=True, json_schema_extra=FOR_PEOPLE)
     """This says whether to read gyroscope and accelerometer where the camera has them."""
     gyro_rate: int = Field(default=200, ge=1, le=1000)
-    """The gyroscope takes this number of samples a second, or the nearest that the camera has
-    [1/s]."""
+    """The gyroscope takes this number of samples a second, or the nearest it can [1/s]."""
     accel_rate: int = Field(default=100, ge=1, le=1000)
-    """The accelerometer takes this number of samples a second, or the nearest that the camera has
-    [1/s]."""
+    """The accelerometer takes this number of samples a second, or the nearest it can [1/s]."""
     first_frame_timeout: float = Field(default=5.0, ge=0.1, le=120.0)
-    """Streams have this time to bring their first frame, since a camera takes a while to start
-    [s]."""
-    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0)
+    """Streams have this time to bring a first frame, since a camera takes time to start [s]."""
+    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0, json_schema_extra=FOR_PEOPLE)
     """A camera without frames has this time to return [s]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, Field
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import FOR_PEOPLE, SETTINGS
 
 
 class RoombaConfig(BaseModel):
@@ -12,25 +12,23 @@ class RoombaConfig(BaseModel):
 
     model_config = SETTINGS
 
-    wheel_base: float = Field(default=0.235, ge=0.15, le=0.35)
+    wheel_base: float = Field(default=0.235, ge=0.15, le=0.35, json_schema_extra=FOR_PEOPLE)
     """The wheels are this far apart; it is the manual's value until calibrated [m]."""
-    wheel_scale: float = Field(default=1.0, ge=0.8, le=1.25)
-    """The robot rolls this many metres for each metre that the encoders count; it is 1 until
-    calibrated [1]."""
-    max_wheel_speed: float = Field(default=0.5, ge=0.05, le=0.5)
+    wheel_scale: float = Field(default=1.0, ge=0.8, le=1.25, json_schema_extra=FOR_PEOPLE)
+    """The robot rolls this far for each metre that encoders count; 1 until calibrated [1]."""
+    max_wheel_speed: float = Field(default=0.5, ge=0.05, le=0.5, json_schema_extra=FOR_PEOPLE)
     """A wheel is commanded at most this speed at its rim; the base accepts 0.5 at most [m/s]."""
-    max_turn_rate: float = Field(default=2.0, ge=0.1, le=4.3)
+    max_turn_rate: float = Field(default=2.0, ge=0.1, le=4.3, json_schema_extra=FOR_PEOPLE)
     """The base is commanded at most this turn rate; it cannot turn faster than 4.3, with its wheels
     at 0.5 m/s either way [rad/s]."""
-    acceleration: float = Field(default=0.8, ge=0.05, le=100.0)
+    acceleration: float = Field(default=0.8, ge=0.05, le=100.0, json_schema_extra=FOR_PEOPLE)
     """A wheel speeds up by at most this at its rim [m/s^2]."""
-    deceleration: float = Field(default=4.0, ge=0.2, le=100.0)
-    """A wheel slows down by at most this at its rim; commanded stops and reflexes are at once
-    [m/s^2]."""
-    command_timeout: float = Field(default=0.3, ge=0.05, le=0.5)
+    deceleration: float = Field(default=4.0, ge=0.2, le=100.0, json_schema_extra=FOR_PEOPLE)
+    """A wheel rim slows down by at most this; commanded stops and reflexes are at once [m/s^2]."""
+    command_timeout: float = Field(default=0.3, ge=0.05, le=0.5, json_schema_extra=FOR_PEOPLE)
     """The wheels stop after this time without a drive(); it is 0.5 at most, because a robot whose
     program hangs rolls on for 0.25 m in that time [s]."""
-    silence_timeout: float = Field(default=0.18, ge=0.05, le=0.5)
+    silence_timeout: float = Field(default=0.18, ge=0.05, le=0.5, json_schema_extra=FOR_PEOPLE)
     """The base counts as silent and a stop is sent after this time without a valid frame; it is 0.5
     at most, because the robot drives without bumper and cliff sensors meanwhile [s]."""
     echo_delay: float = Field(0.1, ge=0.03, le=0.5)
@@ -41,14 +39,12 @@ class RoombaConfig(BaseModel):
     suits firmware that rounds, and beyond 0.05 corrupt commands pass for rounded ones [m/s]."""
     start_timeout: float = Field(default=3.0, ge=0.1, le=60.0)
     """The base has this time to reach Safe mode when opened [s]."""
-    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0)
+    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0, json_schema_extra=FOR_PEOPLE)
     """The base has this time to return after its cable was pulled out [s]."""
     mode_offset: int | None = Field(None, ge=0, le=1)
-    """The base reports its mode with this offset, which is 1 for some firmware of the 600 series;
-    None detects it [1]."""
-    full_mode: bool = False
-    """This says whether to drive in Full mode, in which the base does not stop by itself at cliffs
-    or wheel drops."""
-    resume_safe: bool = False
+    """The reported mode has this offset, 1 for some of the 600 series; None detects it [1]."""
+    full_mode: bool = Field(default=False, json_schema_extra=FOR_PEOPLE)
+    """This selects Full mode, in which the base does not stop itself at cliffs or wheel drops."""
+    resume_safe: bool = Field(default=False, json_schema_extra=FOR_PEOPLE)
     """This says whether to return to Safe mode without a request after a cliff, a wheel drop, or a
     silence in which somebody may have moved the base, once no wheel hangs."""

@@ -38,8 +38,7 @@ class CalibrationConfig(BaseModel):
     model_config = SETTINGS
 
     date: str = ""
-    """The robot was calibrated on this date; it is empty before `vizbot calibrate`, which sets
-    it."""
+    """The robot was calibrated on this date; it is empty until `vizbot calibrate` sets it."""
     gyro_bias: tuple[_Rate, _Rate, _Rate] | None = None
     """The gyroscope had these rates at rest, in `cam`, for information: each run learns them anew
     [rad/s]."""

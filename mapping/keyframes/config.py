@@ -69,7 +69,6 @@ class PoseGraphConfig(BaseModel):
     gyro_kernel: float = Field(default=3.0, ge=0.1, le=100.0)
     """The gyroscope starts to lose weight (Cauchy) at this whitened error [1]."""
     floor_tilt_sigma: float = Field(default=0.01, ge=1e-5, le=1.0)
-    """Roll and pitch of the base have this standard deviation, which is how level the floor is
-    [rad]."""
+    """Roll and pitch of the base have this standard deviation, as the floor is level [rad]."""
     floor_height_sigma: float = Field(default=0.02, ge=1e-5, le=1.0)
     """The height of the base has this standard deviation, which is how flat the floor is [m]."""

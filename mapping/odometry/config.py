@@ -49,8 +49,7 @@ class OdometryConfig(BaseModel):
     pixel_sigma: float = Field(default=1.0, ge=0.05, le=20.0)
     """A matched corner has this standard deviation [px]."""
     depth_sigma: float = Field(default=0.003, ge=1e-5, le=0.5)
-    """Depth has this standard deviation at 1 m; a stereo camera's grows with the square of depth
-    [m]."""
+    """Depth has this standard deviation at 1 m, which grows with the square of depth [m]."""
     minimal: MinimalPoseConfig = MinimalPoseConfig()
     """These settings limit the search for a first pose."""
     verify_radius: float = Field(default=10.0, ge=0.5, le=200.0)
@@ -91,7 +90,7 @@ class GatingConfig(BaseModel):
     wheel_gate: float = Field(default=0.1, ge=0.0, le=10.0)
     """Images may contradict dead reckoning by this at most [m, rad]."""
     wheel_gate_growth: float = Field(default=0.5, ge=0.0, le=10.0)
-    """The limit `wheel_gate` grows by this fraction of the motion since images were last believed
+    """The limit `wheel_gate` grows by this fraction of the motion since images were believed
     [1]."""
     gyro_gate: float = Field(default=0.01, ge=0.0, le=3.2)
     """A turn by images since a keyframe may differ from the gyroscope's by this at most [rad]."""
@@ -121,18 +120,15 @@ class GyroFaultsConfig(BaseModel):
     span: float = Field(default=1.0, ge=0.05, le=60.0)
     """Rates are averaged over this time, since wheels jitter from frame to frame [s]."""
     spans: int = Field(default=5, ge=1, le=1000)
-    """The gyroscope is ruled out where this number of averages in a row differs from the wheels
-    [1]."""
+    """The gyroscope is ruled out where so many averages in a row differ from the wheels [1]."""
     gate: float = Field(default=0.03, ge=1e-4, le=3.0)
     """Gyroscope and wheels differ where their rates differ by more than this [rad/s]."""
     gate_growth: float = Field(default=0.1, ge=0.0, le=10.0)
     """The limit `gate` grows by this fraction of the rate of the wheels [1]."""
     standing_gate: float = Field(default=0.005, ge=1e-4, le=3.0)
-    """Gyroscope and wheels differ where the gyroscope turns faster than this while the wheels stand
-    still [rad/s]."""
+    """The gyroscope differs from standing wheels where it shows more than this rate [rad/s]."""
     carried: float = Field(default=0.1, ge=0.001, le=6.3)
-    """A person turns the robot where the rate is above this while the wheels stand still
-    [rad/s]."""
+    """A person turns the robot where it turns faster than this with standing wheels [rad/s]."""
 
 
 class GyroVoteConfig(BaseModel):
@@ -143,14 +139,11 @@ class GyroVoteConfig(BaseModel):
     span: float = Field(default=1.0, ge=0.05, le=60.0)
     """One vote is about turns that last this time together [s]."""
     gate: float = Field(default=0.02, ge=1e-4, le=3.0)
-    """The gyroscope is ruled out where its rate differs from that of images by more than this
-    [rad/s]."""
+    """The gyroscope is ruled out where its rate differs by more than this from images [rad/s]."""
     sigmas: float = Field(default=4.0, ge=0.1, le=100.0)
-    """The gyroscope is ruled out where it differs from images by more than this number of standard
-    deviations of the turn by images [1]."""
+    """The gyroscope is ruled out where it differs from images by so many of their sigmas [1]."""
     share: float = Field(default=0.5, ge=0.01, le=10.0)
-    """The gyroscope is ruled out only where wheels differ from images by at most this share of what
-    it does [1]."""
+    """Wheels that vote against the gyroscope differ from images by at most this share of it [1]."""
 
 
 class TurnCalibrationConfig(BaseModel):
@@ -166,11 +159,9 @@ class TurnCalibrationConfig(BaseModel):
     """The error walks at random by this each second, with a variance that is 0 until `reset_rate`
     sets it [rad/s/sqrt(s)]."""
     least: float = Field(default=0.001, ge=1e-6, le=1.0)
-    """Scale and turn per metre keep at least this standard deviation, however much is learned [1,
-    rad/m]."""
+    """Scale and turn per metre keep at least this standard deviation [1, rad/m]."""
     gate: float = Field(default=3.0, ge=0.1, le=100.0)
-    """A turn by images teaches nothing where the error is above this number of standard deviations
-    [1]."""
+    """A turn by images teaches nothing where it is off by more standard deviations [1]."""
 
 
 class DeadReckoningConfig(BaseModel):
@@ -186,8 +177,7 @@ class DeadReckoningConfig(BaseModel):
     greatest_change: float = Field(default=0.005, ge=1e-5, le=1.0)
     """The bias changes by at most this once it is known [rad/s]."""
     rest: float = Field(default=0.02, ge=1e-4, le=1.0)
-    """The robot is at rest where the gyroscope's samples have at most this standard deviation,
-    about any axis [rad/s]."""
+    """At rest the gyroscope has at most this standard deviation, about any axis [rad/s]."""
     greatest_gap: float = Field(default=0.05, ge=0.001, le=1.0)
     """A turn by gyroscope is known where its samples are at most this far apart [s]."""
     noise_density: float = Field(default=2.5e-4, ge=1e-7, le=0.1)

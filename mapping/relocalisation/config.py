@@ -13,11 +13,10 @@ class DepthConsistencyConfig(BaseModel):
     model_config = SETTINGS
 
     corners: int = Field(default=20, ge=1, le=10000)
-    """At least this number of corners above the floor must agree, or differ, to decide about a pose
+    """At least so many corners above the floor must agree, or differ, to decide about a pose
     [1]."""
     share: float = Field(default=0.5, ge=0.01, le=1.0)
-    """At least this share of the corners above the floor must agree, or differ, to decide about a
-    pose [1]."""
+    """At least this share of the corners above the floor must agree, or differ, to decide [1]."""
 
 
 class KidnappingConfig(BaseModel):
@@ -47,24 +46,19 @@ class ScanMatchConfig(BaseModel):
     cell: float = Field(default=0.1, ge=0.01, le=1.0)
     """Poses that are tried lie on a lattice of this spacing [m]."""
     angle: float = Field(default=0.05, ge=0.005, le=1.6)
-    """Poses that are tried differ by this angle; the best one is then refined to the map's cells
-    [rad]."""
+    """Poses that are tried differ by this angle; the best is then refined to the cells [rad]."""
     sigma: float = Field(default=0.1, ge=0.01, le=2.0)
-    """At the right pose obstacles deviate from those of the map by this (standard deviation)
-    [m]."""
+    """At the right pose obstacles deviate from the map's by this (standard deviation) [m]."""
     in_free: float = Field(default=0.3, ge=0.0, le=10.0)
-    """An obstacle in free space is penalised by this fraction of the reward of one on an obstacle
-    [1]."""
+    """An obstacle in free space costs this share of an obstacle's reward on one [1]."""
     on_obstacle: float = Field(default=0.4, ge=0.0, le=10.0)
-    """A free cell on an obstacle of the map is penalised by this fraction of the reward of an
-    obstacle on one [1]."""
+    """A free cell on an obstacle of the map costs this share of an obstacle's reward on one [1]."""
     apart: float = Field(default=0.6, ge=0.01, le=20.0)
     """Two poses count as different from this distance on [m]."""
     turned: float = Field(default=0.45, ge=0.01, le=3.2)
     """Two poses count as different from this angle on [rad]."""
     least: int = Field(default=20, ge=1, le=100000)
-    """A pose is judged only where at least this number of obstacle cells lies on known cells of the
-    map [1]."""
+    """A pose is judged where at least so many obstacle cells lie on known cells of the map [1]."""
 
 
 class LocalMapConfig(BaseModel):
@@ -110,8 +104,7 @@ class RelocalisationConfig(BaseModel):
     inlier_fraction: float = Field(default=0.5, ge=0.01, le=1.0)
     """At least this share of all matches must agree on the pose of a lost robot [1]."""
     shown: float = Field(default=0.1, ge=0.001, le=1.0)
-    """At least this share of the corners that both images should show must be matches that agree
-    [1]."""
+    """Matches that agree are at least this share of the corners that both images show [1]."""
     above_floor: float = Field(default=0.03, ge=0.001, le=1.0)
     """The pose must also be found by corners above the floor alone, within this radius as a
     fraction of the image's width, since boards and tiles repeat [1]."""

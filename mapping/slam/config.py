@@ -39,14 +39,11 @@ class SlamConfig(BaseModel):
     relocalisation: RelocalisationConfig = RelocalisationConfig()
     """These settings say when a lost robot counts as relocalised."""
     search: float = Field(default=0.07, ge=0.005, le=1.0)
-    """A predicted corner is looked for within this radius, as a fraction of the image's width
-    [1]."""
+    """A predicted corner is looked for within this share of the image's width [1]."""
     wide_search: float = Field(default=0.5, ge=0.005, le=1.0)
-    """A corner is looked for within this radius where the motion was not as predicted, as a
-    fraction of the image's width [1]."""
+    """After an unexpected motion corners are looked for within this share of the width [1]."""
     closure_search: float = Field(default=0.2, ge=0.005, le=1.0)
-    """A corner is looked for within this radius where a loop may close, after some drift, as a
-    fraction of the image's width [1]."""
+    """Where a loop may close, corners are looked for within this share of the image's width [1]."""
     nearby_tries: int = Field(default=3, ge=0, le=100)
     """A frame that does not match the last keyframe is compared with this number of other ones
     [1]."""

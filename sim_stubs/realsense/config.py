@@ -25,8 +25,7 @@ class DepthNoiseConfig(BaseModel):
     edge_jump: float = Field(default=0.08, ge=0.0, le=10.0)
     """Depth has an edge where it steps by more than this fraction; 0 makes no edges [1]."""
     bleeding: float = Field(default=0.5, ge=0.0, le=1.0)
-    """This share of the far side of edges gets the near side's depth, and the rest gets none
-    [1]."""
+    """This share of the far side of edges gets the near side's depth; the rest gets none [1]."""
     dark: float = Field(default=16.0, ge=0.0, le=255.0)
     """Half of a surface is not measured below this brightness, of 255 [grey levels]."""
     shiny: float = Field(default=0.985, ge=0.0, le=2.0)

@@ -24,11 +24,9 @@ class WorldConfig(BaseModel):
     wheel_scale: float = Field(default=1.0, ge=0.5, le=2.0)
     """The robot truly rolls this many metres for each metre that a wheel counts [1]."""
     wheel_scale_noise: float = Field(default=0.003, ge=0.0, le=0.5)
-    """Each wheel's relative error of scale, drawn once for a run, has this standard deviation
-    [1]."""
+    """Each wheel's scale errs by this standard deviation, as a fraction, drawn for a run [1]."""
     slip_noise: float = Field(default=0.003, ge=0.0, le=1.0)
-    """Each wheel slips by this standard deviation over one metre, which grows with the square root
-    of the way [m]."""
+    """A wheel slips by this standard deviation over 1 m, which grows with the square root [m]."""
     step: float = Field(default=0.015, ge=0.001, le=0.1)
     """One step of the motion is at most this long [s]."""
 

@@ -18,6 +18,7 @@ from tests.helpers.checkout import ROOT
 from tests.helpers.random_clip import save_tiny_clip
 from vizbot.cli import app as cli
 from vizbot.commands.config.encoder_choice import CHOICES, choices_page
+from vizbot.commands.config.settings_table import all_tables
 from vizbot.config import Config, load_config
 
 SETTING = re.compile(r"^#(?=\S)", re.MULTILINE)
@@ -221,6 +222,42 @@ def test_each_description_is_a_sentence_that_can_be_read_alone(key):
     text = " ".join(FIELDS[key].description.split())
     assert text[0].isupper() and text.endswith(".")
     assert not re.search(r"(?i)^(as|the same)\b|\blikewise\b|\bsuch\b", text)
+
+
+def test_at_most_60_settings_are_for_people_and_a_first_file_shows_them_alone(
+    run, plug_in, tmp_path
+):
+    plug_in()
+    plain = {
+        f"{table.heading.strip('[]')}.{each.name}".lstrip(".")
+        for table in all_tables()
+        for each in table.settings
+        if not each.advanced
+    }
+    assert 50 < len(plain) <= 60
+    for key in ("clip", "serial_port", "mount.tilt", "roomba.max_wheel_speed", "realsense.fps"):
+        assert key in plain
+    assert run("init")[0] == 0
+    text, table, shown = (tmp_path / "robot.toml").read_text(), "", set()
+    for line in text.splitlines():
+        if heading := re.fullmatch(r"\[([\w.]+)\]", line):
+            table = f"{heading[1]}."
+        elif setting := re.match(r"#(\w+) = ", line):
+            shown.add(table + setting[1])
+    assert shown == plain
+    _, page, _ = run("schema", "--markdown")
+    first = page.partition("## Settings for people")[2].partition("## Advanced settings")[0]
+    assert len(re.findall(r"^\| `", first, re.MULTILINE)) == len(plain)
+
+
+def test_the_schema_marks_each_setting_as_advanced_or_not():
+    schema = Config.model_json_schema()
+    marks = {
+        name: field.get("advanced")
+        for model in (schema, *schema["$defs"].values())
+        for name, field in model.get("properties", {}).items()
+    }
+    assert (marks["serial_port"], marks["embedding_latency"], marks["mount"]) == (False, True, None)
 
 
 def test_the_search_has_at_most_half_of_the_47_settings_that_it_once_had():
