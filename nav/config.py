@@ -7,7 +7,7 @@ from typing import Annotated, Self
 import numpy as np
 from pydantic import BaseModel, Field, model_validator
 
-from vizbot.core.settings import FOR_PEOPLE, SETTINGS
+from vizbot.core.settings import BASIC, SETTINGS
 
 UNDOCKING_TIME = 8.0
 """Time that a robot has to leave its dock [s]."""
@@ -19,11 +19,11 @@ class CostmapConfig(BaseModel):
 
     model_config = SETTINGS
 
-    robot_radius: float = Field(default=0.175, ge=0.1, le=0.5, json_schema_extra=FOR_PEOPLE)
+    robot_radius: float = Field(default=0.175, ge=0.1, le=0.5, json_schema_extra=BASIC)
     """The robot is twice this wide over the bumper [m]."""
-    margin: float = Field(default=0.025, ge=0.001, le=0.5, json_schema_extra=FOR_PEOPLE)
+    margin: float = Field(default=0.025, ge=0.001, le=0.5, json_schema_extra=BASIC)
     """The robot keeps this further distance from obstacles wherever there is another path [m]."""
-    slack: float = Field(default=0.05, ge=0.0, le=0.5)
+    map_tolerance: float = Field(default=0.05, ge=0.0, le=0.5)
     """The map may draw obstacles too large by this; a passage tighter than that is closed [m]."""
     squeeze_cost: float = Field(default=15.0, ge=0.01, le=1000.0)
     """A metre costs this where the margin just does not hold, and more towards closed cells; blur
@@ -41,10 +41,10 @@ class CostmapConfig(BaseModel):
 
     @model_validator(mode="after")
     def _leaves_a_robot(self) -> Self:
-        if self.slack >= self.robot_radius:
+        if self.map_tolerance >= self.robot_radius:
             raise ValueError(
-                f"slack {self.slack} m leaves nothing of robot_radius {self.robot_radius} m; lower"
-                " it, in metres"
+                f"map_tolerance {self.map_tolerance} m leaves nothing of robot_radius"
+                f" {self.robot_radius} m; lower it, in metres"
             )
         return self
 
@@ -63,7 +63,7 @@ class CostmapConfig(BaseModel):
     @property
     def closed_radius(self) -> float:
         """Distance of the robot's centre from obstacles everywhere [m]."""
-        return self.robot_radius - self.slack
+        return self.robot_radius - self.map_tolerance
 
 
 class FollowerConfig(BaseModel):
@@ -71,11 +71,11 @@ class FollowerConfig(BaseModel):
 
     model_config = SETTINGS
 
-    max_linear: float = Field(default=0.43, ge=0.05, le=0.5, json_schema_extra=FOR_PEOPLE)
+    max_linear: float = Field(default=0.43, ge=0.05, le=0.5, json_schema_extra=BASIC)
     """The robot drives forward at most this fast [m/s]."""
-    max_angular: float = Field(default=1.3, ge=0.05, le=4.3, json_schema_extra=FOR_PEOPLE)
+    max_angular: float = Field(default=1.3, ge=0.05, le=4.3, json_schema_extra=BASIC)
     """The robot turns at most this fast [rad/s]."""
-    deceleration: float = Field(default=0.8, ge=0.05, le=10.0, json_schema_extra=FOR_PEOPLE)
+    deceleration: float = Field(default=0.8, ge=0.05, le=10.0, json_schema_extra=BASIC)
     """The robot slows down by this towards the end of the path [m/s^2]."""
     lookahead: float = Field(default=0.35, ge=0.05, le=2.0)
     """The robot pursues a point this far ahead along its path [m]."""
@@ -85,9 +85,9 @@ class FollowerConfig(BaseModel):
     turn_in_place_angle: float = Field(default=0.6, ge=0.05, le=3.2)
     """The robot turns before it drives where the pursued point lies this far aside [rad]."""
     turn_gain: float = Field(default=2.5, ge=0.1, le=20.0)
-    """The turn rate is this times the error of heading; its product with `hold` is below 1, or
-    turns overshoot [1/s]."""
-    hold: float = Field(default=0.29, ge=0.02, le=1.0)
+    """The turn rate is this times the error of heading; its product with `twist_duration` is below
+    1, or turns overshoot [1/s]."""
+    twist_duration: float = Field(default=0.29, ge=0.02, le=1.0)
     """The base may hold a twist for this time [s]."""
     slow_gap: float = Field(default=0.175, ge=0.01, le=1.0)
     """The robot slows down where the gap between its rim and an obstacle is below this [m]."""
@@ -152,15 +152,15 @@ class FrontierConfig(BaseModel):
     """The gain of a frontier is the area to see up to this distance beyond it [m]."""
     min_gain: float = Field(default=0.2, ge=0.0, le=100.0)
     """A frontier has at least this gain [m^2]."""
-    good_view: float = Field(default=0.5, ge=0.01, le=1.0)
+    min_gain_share: float = Field(default=0.5, ge=0.01, le=1.0)
     """A point may stand for its frontier from this share of the best point's gain on [1]."""
-    most_gain: float = Field(default=6.0, ge=0.1, le=1000.0)
+    max_gain: float = Field(default=6.0, ge=0.1, le=1000.0)
     """A larger gain than this counts as this [m^2]."""
-    gain_worth: float = Field(default=2.5, ge=0.0, le=100.0)
+    path_per_gain: float = Field(default=2.5, ge=0.0, le=100.0)
     """A square metre of gain is worth this length of path [m/m^2]."""
     turn_cost: float = Field(default=0.15, ge=0.0, le=100.0)
     """A radian of turning towards the frontier costs this length of path [m/rad]."""
-    keep_worth: float = Field(default=0.6, ge=0.0, le=100.0)
+    frontier_change_saving: float = Field(default=0.6, ge=0.0, le=100.0)
     """A frontier must save this length of path to replace the one being driven to [m]."""
 
 
@@ -171,21 +171,21 @@ class RecoveryConfig(BaseModel):
 
     pause: float = Field(default=0.2, ge=0.05, le=5.0)
     """The robot stands still for this time before it backs off [s]."""
-    back_off_distance: float = Field(default=0.1, ge=0.02, le=0.3, json_schema_extra=FOR_PEOPLE)
+    back_off_distance: float = Field(default=0.1, ge=0.02, le=0.3, json_schema_extra=BASIC)
     """The robot backs off by this distance [m]."""
-    back_off_speed: float = Field(default=0.12, ge=0.06, le=0.3, json_schema_extra=FOR_PEOPLE)
+    back_off_speed: float = Field(default=0.12, ge=0.06, le=0.3, json_schema_extra=BASIC)
     """The robot backs off at this speed [m/s]."""
-    undocking: float = Field(default=0.5, ge=0.1, le=1.5, json_schema_extra=FOR_PEOPLE)
+    undocking: float = Field(default=0.5, ge=0.1, le=1.5, json_schema_extra=BASIC)
     """The robot backs off from its dock by this distance before it turns [m]."""
-    passive_patience: float = Field(default=3.0, ge=0.0, le=600.0)
+    safe_mode_timeout: float = Field(default=3.0, ge=0.0, le=600.0)
     """A base that left Safe mode has this time to return to it, as after a corrupt byte [s]."""
-    lift_patience: float = Field(default=60.0, ge=1.0, le=86400.0, json_schema_extra=FOR_PEOPLE)
+    lift_timeout: float = Field(default=60.0, ge=1.0, le=86400.0, json_schema_extra=BASIC)
     """A robot that may resume by itself waits this time to be put down [s]."""
-    blind_patience: float = Field(default=5.0, ge=0.0, le=600.0)
+    depth_timeout: float = Field(default=5.0, ge=0.0, le=600.0)
     """The robot turns once around after this time without depth, then gives up [s]."""
-    battery_floor: float = Field(default=0.1, ge=0.05, le=0.9, json_schema_extra=FOR_PEOPLE)
+    min_battery: float = Field(default=0.1, ge=0.05, le=0.9, json_schema_extra=BASIC)
     """The search ends where the charge is below this share of a full battery [1]."""
-    edge_patience: float = Field(default=6.0, ge=0.5, le=600.0)
+    edge_timeout: float = Field(default=6.0, ge=0.5, le=600.0)
     """A robot that is still at an edge gives up after this time [s]."""
 
     @model_validator(mode="after")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import tomllib
 from pathlib import Path
@@ -24,9 +25,11 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import camera_mount
 from vizbot.core.method import Method
-from vizbot.core.settings import FOR_PEOPLE, SETTINGS, explained
+from vizbot.core.renamed_settings import with_names_of_today
+from vizbot.core.settings import BASIC, SETTINGS, explained
 from vizbot.core.types import SE3
 
+_log = logging.getLogger(__name__)
 _LARGEST = 1024 * 1024
 """Size of a settings file that is read [bytes]."""
 
@@ -36,17 +39,17 @@ class MountConfig(BaseModel):
 
     model_config = SETTINGS
 
-    height: float = Field(default=0.60, ge=0.1, le=2.0, json_schema_extra=FOR_PEOPLE)
+    height: float = Field(default=0.60, ge=0.1, le=2.0, json_schema_extra=BASIC)
     """The optical centre is this high above the floor [m]."""
-    forward: float = Field(default=0.05, ge=-0.5, le=0.5, json_schema_extra=FOR_PEOPLE)
+    forward: float = Field(default=0.05, ge=-0.5, le=0.5, json_schema_extra=BASIC)
     """The optical centre is this far ahead of the wheel axle [m]."""
-    tilt: float = Field(default=0.15, gt=-1.4, lt=1.4, json_schema_extra=FOR_PEOPLE)
+    tilt: float = Field(default=0.15, gt=-1.4, lt=1.4, json_schema_extra=BASIC)
     """The camera looks down from the horizontal by this angle [rad]."""
-    left: float = Field(default=0.0, ge=-0.5, le=0.5, json_schema_extra=FOR_PEOPLE)
+    left: float = Field(default=0.0, ge=-0.5, le=0.5, json_schema_extra=BASIC)
     """The optical centre is this far to the left of the middle of the axle [m]."""
-    yaw: float = Field(default=0.0, gt=-1.6, lt=1.6, json_schema_extra=FOR_PEOPLE)
+    yaw: float = Field(default=0.0, gt=-1.6, lt=1.6, json_schema_extra=BASIC)
     """The camera looks to the left of the base's heading by this angle [rad]."""
-    roll: float = Field(default=0.0, gt=-0.5, lt=0.5, json_schema_extra=FOR_PEOPLE)
+    roll: float = Field(default=0.0, gt=-0.5, lt=0.5, json_schema_extra=BASIC)
     """The camera is rolled about its optical axis by this, positive with its right side low
     [rad]."""
 
@@ -72,28 +75,28 @@ class BeliefSearchConfig(BaseModel):
 
     model_config = SETTINGS
 
-    sure: float = Field(default=0.8, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
+    arrival_probability_early: float = Field(default=0.8, gt=0.0, lt=1.0, json_schema_extra=BASIC)
     """Early in a search for a thing, and in a search for a room until nothing is left to see, the
     robot says that it has arrived from this probability on [1]."""
-    settled: float = Field(default=0.6, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
+    arrival_probability_late: float = Field(default=0.6, gt=0.0, lt=1.0, json_schema_extra=BASIC)
     """Late in a search for a thing, the robot says it has arrived from this probability on [1]."""
-    last: float = Field(default=0.4, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
-    """When nothing is left to see, and after twice `patience`, the robot says that it has arrived
-    from this probability on [1]."""
-    patience: int = Field(default=300, ge=1, le=1_000_000, json_schema_extra=FOR_PEOPLE)
+    arrival_probability_last: float = Field(default=0.4, gt=0.0, lt=1.0, json_schema_extra=BASIC)
+    """When nothing is left to see, and after twice `late_after_steps`, the robot says that it has
+    arrived from this probability on [1]."""
+    late_after_steps: int = Field(default=300, ge=1, le=1_000_000, json_schema_extra=BASIC)
     """A search is late after this number of steps [1]."""
-    candidate: float = Field(default=0.25, gt=0.0, lt=1.0)
+    candidate_probability: float = Field(default=0.25, gt=0.0, lt=1.0)
     """A place with less than this probability is mostly left until nothing better is to be done,
     since a look at it is worth less by the square of its share of this [1]."""
-    commitment: float = Field(default=0.3, ge=0.0, le=10.0)
+    aim_change_margin: float = Field(default=0.3, ge=0.0, le=10.0)
     """The robot changes its aim only where another one is better by this share [1]."""
-    findings: float = Field(default=0.015, ge=1e-6, le=10.0)
+    finding_density: float = Field(default=0.015, ge=1e-6, le=10.0)
     """A square metre not seen yet is expected to show what is asked for with this chance, in a
     place like any other [1/m^2]."""
-    worth: float = Field(default=0.005, ge=0.0, le=10.0)
+    min_probability_per_metre: float = Field(default=0.005, ge=0.0, le=10.0)
     """A search ends as not found where nothing has more than this probability for each metre of
-    way; the limit rises to this from 0 between `patience` and twice that [1/m]."""
-    doubt: float = Field(default=0.2, gt=0.0, lt=1.0)
+    way; the limit rises to this from 0 between `late_after_steps` and twice that [1/m]."""
+    rejection_factor: float = Field(default=0.2, gt=0.0, lt=1.0)
     """A place looked at from near and not believed keeps this share of its probability [1]."""
 
 
@@ -102,30 +105,28 @@ class ObjectNavConfig(BaseModel):
 
     model_config = SETTINGS
 
-    method: Method = Field(default="belief", json_schema_extra=FOR_PEOPLE)
+    method: Method = Field(default="belief", json_schema_extra=BASIC)
     """The robot searches by this method: `belief` compares all that can be done next by the
     probabilities of places; `paper` is the paper's Algorithm 1, and of these settings takes
-    `threshold`, `settling` and `max_steps` alone."""
+    `threshold`, `gyro_settling` and `max_steps` alone."""
     search: BeliefSearchConfig = BeliefSearchConfig()
-    found: float = Field(default=0.5, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
+    answer_probability: float = Field(default=0.5, gt=0.0, lt=1.0, json_schema_extra=BASIC)
     """A place on the map answers a question when its probability is above this [1]."""
-    threshold: float | None = Field(default=None, gt=0.0, lt=1.0, json_schema_extra=FOR_PEOPLE)
+    threshold: float | None = Field(default=None, gt=0.0, lt=1.0, json_schema_extra=BASIC)
     """An element is the goal (theta) when its similarity is above this, by the method `paper`; None
     takes the encoder's own threshold [1]."""
-    settling: GyroSettlingConfig = GyroSettlingConfig()
+    gyro_settling: GyroSettlingConfig = GyroSettlingConfig()
     waypoint_reaches: tuple[Reach, ...] = Field(
         default=(Reach(distance=0.25, extent=0.05), Reach(distance=0.8, extent=0.05)), min_length=1
     )
     """The robot goes this near to a place that it is sent to, by the first entry that it can."""
-    max_steps: int = Field(default=1000, ge=1, le=1_000_000, json_schema_extra=FOR_PEOPLE)
+    max_steps: int = Field(default=1000, ge=1, le=1_000_000, json_schema_extra=BASIC)
     """The robot gives up a goal after this number of steps (paper, section IV-C) [1]."""
-    max_exploration_steps: int = Field(
-        default=3000, ge=1, le=1_000_000, json_schema_extra=FOR_PEOPLE
-    )
+    max_exploration_steps: int = Field(default=3000, ge=1, le=1_000_000, json_schema_extra=BASIC)
     """The robot gives up an exploration without a goal after this number of steps [1]."""
-    look_around: bool = Field(default=True, json_schema_extra=FOR_PEOPLE)
+    look_around: bool = Field(default=True, json_schema_extra=BASIC)
     """This says whether the robot turns once on the spot before the first goal."""
-    look_around_rate: float = Field(default=1.3, ge=0.05, le=4.3, json_schema_extra=FOR_PEOPLE)
+    look_around_rate: float = Field(default=1.3, ge=0.05, le=4.3, json_schema_extra=BASIC)
     """The robot turns at this rate on the spot before the first goal [rad/s]."""
     recognising_rate: float = Field(default=0.5, ge=0.05, le=4.3)
     """A robot that is lost turns at this rate, which is low for sharp images [rad/s]."""
@@ -136,9 +137,9 @@ class DockingConfig(BaseModel):
 
     model_config = SETTINGS
 
-    before: float = Field(default=0.8, ge=0.2, le=3.0, json_schema_extra=FOR_PEOPLE)
+    search_distance: float = Field(default=0.8, ge=0.2, le=3.0, json_schema_extra=BASIC)
     """The base begins to look for the contacts by itself at this distance from the dock [m]."""
-    patience: float = Field(default=90.0, ge=5.0, le=3600.0, json_schema_extra=FOR_PEOPLE)
+    contact_timeout: float = Field(default=90.0, ge=5.0, le=3600.0, json_schema_extra=BASIC)
     """The base has this time to find the contacts [s]."""
 
 
@@ -149,7 +150,7 @@ class PerceptionConfig(BaseModel):
 
     slam: SlamConfig = SlamConfig()
     depth_mapper: DepthMapperConfig = DepthMapperConfig()
-    surroundings: LocalMapConfig = LocalMapConfig()
+    local_map: LocalMapConfig = LocalMapConfig()
     clip_mapper: ClipMapperConfig = ClipMapperConfig()
     embedding_latency: float = Field(default=0.12, ge=0.0, le=60.0)
     """The embedding of one frame takes this simulated time [s]."""
@@ -164,13 +165,13 @@ class Config(BaseModel):
 
     model_config = SETTINGS
 
-    clip: str = Field(default="embedded", json_schema_extra=FOR_PEOPLE)
+    clip: str = Field(default="embedded", json_schema_extra=BASIC)
     """The encoder is `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or MODULE:CLASS."""
-    device: str = Field(default="cpu", json_schema_extra=FOR_PEOPLE)
+    device: str = Field(default="cpu", json_schema_extra=BASIC)
     """The encoder runs on this device: `cpu`, `cuda` (`cuda:1` for a second one) or `auto`."""
-    half: bool = Field(default=False, json_schema_extra=FOR_PEOPLE)
+    half: bool = Field(default=False, json_schema_extra=BASIC)
     """This says whether the encoder computes in 16-bit floating point, which needs CUDA."""
-    serial_port: str = Field(default="/dev/ttyUSB0", json_schema_extra=FOR_PEOPLE)
+    serial_port: str = Field(default="/dev/ttyUSB0", json_schema_extra=BASIC)
     """The Roomba is on this serial port."""
     mount: MountConfig = MountConfig()
     calibration: CalibrationConfig = CalibrationConfig()
@@ -218,7 +219,8 @@ def load_config(path: Path | None, clip: str | None = None, method: Method | Non
         method: Method of search instead of the file's own.
 
     Raises:
-        ConfigError: the file is missing, is not TOML, or has a wrong key or value.
+        ConfigError: the file is missing, is not TOML, or has a wrong key or value, or one by its
+            former name and by that of today.
     """
     settings: dict[str, object] = {}
     if path is not None:
@@ -232,6 +234,14 @@ def load_config(path: Path | None, clip: str | None = None, method: Method | Non
             raise ConfigError(text) from error
         except ValueError as error:  # of TOML, of UTF-8, or of a number with thousands of digits
             raise ConfigError(f"configuration {path} is not TOML: {error}; mend it") from error
+    try:
+        settings, renamed = with_names_of_today(settings)
+    except ConfigError as error:
+        raise ConfigError(f"configuration {path}: {error}") from error
+    if renamed:
+        _log.warning(
+            "configuration %s: the next release reads new names alone: %s", path, ", ".join(renamed)
+        )
     if clip is not None:
         settings["clip"] = clip
     try:

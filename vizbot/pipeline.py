@@ -500,7 +500,7 @@ class Pipeline:
     def look_up(self, goal: Goal) -> GoalReport:
         """Ask the map as it is now (paper, section III-B) and report the answer."""
         candidates, config = self._candidates(goal), self.config.objectnav
-        least = goal.threshold if config.method == "paper" else config.found
+        least = goal.threshold if config.method == "paper" else config.answer_probability
         enough = f"{self._measure} {self._measure.text(least)}"
         if candidates and candidates[0].score > least:
             return self._reported(goal, Outcome.LOCATED, f"above the {enough}", least)

@@ -169,7 +169,7 @@ def _not_fitted() -> list[list[object]]:
     """The numbers of the belief that no fit made."""
     slope, offset = scores.ABOVE_TO_LOG_ODDS
     room = belief.ROOM * PLACE
-    doubt = BeliefSearchConfig.model_fields["doubt"].default
+    doubt = BeliefSearchConfig.model_fields["rejection_factor"].default
     return [
         ["log odds of the encoder count from, to", _range(evidence.LOG_ODDS), _SEEN],
         ["z-scores count from, to", _range(evidence.STANDARD), _SEEN],
@@ -191,7 +191,7 @@ def _not_fitted() -> list[list[object]]:
         ["edge of the square on which rooms are compared [m]", f"{room:g}",
          "chosen in homes 916 to 931"],
         ["left of a place after a look in vain", doubt,
-         "set by hand (`objectnav.search.doubt`): looks may err"],
+         "set by hand (`objectnav.search.rejection_factor`): looks may err"],
         ['left of a place after a person\'s "no"', REFUTED, "set by hand: people may err"],
     ]  # fmt: skip
 

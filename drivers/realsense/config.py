@@ -11,7 +11,7 @@ from typing import Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from vizbot.core.settings import FOR_PEOPLE, SETTINGS
+from vizbot.core.settings import BASIC, SETTINGS
 
 
 class Preset(StrEnum):
@@ -86,28 +86,26 @@ class RealSenseConfig(BaseModel):
 
     model_config = SETTINGS
 
-    serial: str | None = Field(default=None, json_schema_extra=FOR_PEOPLE)
+    serial: str | None = Field(default=None, json_schema_extra=BASIC)
     """The camera has this serial number printed on it; None takes the first one found."""
-    width: int = Field(default=640, ge=160, le=1920, json_schema_extra=FOR_PEOPLE)
+    width: int = Field(default=640, ge=160, le=1920, json_schema_extra=BASIC)
     """The colour and the depth image are this wide [px]."""
-    height: int = Field(default=480, ge=90, le=1080, json_schema_extra=FOR_PEOPLE)
+    height: int = Field(default=480, ge=90, le=1080, json_schema_extra=BASIC)
     """The colour and the depth image are this high [px]."""
-    fps: int = Field(default=30, ge=1, le=300, json_schema_extra=FOR_PEOPLE)
+    fps: int = Field(default=30, ge=1, le=300, json_schema_extra=BASIC)
     """The camera takes this number of images a second, or the nearest lower one where it lacks this
     rate, as on USB 2 [1/s]."""
-    preset: Preset | None = Field(default=Preset.MEDIUM_DENSITY, json_schema_extra=FOR_PEOPLE)
+    preset: Preset | None = Field(default=Preset.MEDIUM_DENSITY, json_schema_extra=BASIC)
     """The camera measures depth by this preset; None leaves the camera as it is. A map needs walls
     without holes to know where the home ends, and no phantoms in doorways."""
-    exposure_limit: float | None = Field(
-        default=0.010, ge=1e-5, le=0.2, json_schema_extra=FOR_PEOPLE
-    )
+    exposure_limit: float | None = Field(default=0.010, ge=1e-5, le=0.2, json_schema_extra=BASIC)
     """The camera may choose an exposure up to this for depth; None has no limit [s]. At 1 rad/s, 10
     ms are 6 px of blur. The exposure of colour is limited to its frame period alone."""
-    emitter: bool = Field(default=True, json_schema_extra=FOR_PEOPLE)
+    emitter: bool = Field(default=True, json_schema_extra=BASIC)
     """This says whether to project the dots that give walls a texture, at the power set before."""
     filters: DepthFilterConfig = DepthFilterConfig()
     """These filters change depth, live and recorded."""
-    imu: bool = Field(default=True, json_schema_extra=FOR_PEOPLE)
+    imu: bool = Field(default=True, json_schema_extra=BASIC)
     """This says whether to read gyroscope and accelerometer where the camera has them."""
     gyro_rate: int = Field(default=200, ge=1, le=1000)
     """The gyroscope takes this number of samples a second, or the nearest it can [1/s]."""
@@ -115,5 +113,5 @@ class RealSenseConfig(BaseModel):
     """The accelerometer takes this number of samples a second, or the nearest it can [1/s]."""
     first_frame_timeout: float = Field(default=5.0, ge=0.1, le=120.0)
     """Streams have this time to bring a first frame, since a camera takes time to start [s]."""
-    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0, json_schema_extra=FOR_PEOPLE)
+    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0, json_schema_extra=BASIC)
     """A camera without frames has this time to return [s]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, Field
 
-from vizbot.core.settings import FOR_PEOPLE, SETTINGS
+from vizbot.core.settings import BASIC, SETTINGS
 
 
 class ScanConfig(BaseModel):
@@ -16,13 +16,13 @@ class ScanConfig(BaseModel):
     """Every n-th pixel of every n-th row is read, and this is n [px]."""
     min_depth: float = Field(default=0.15, ge=0.0, le=2.0)
     """Depth below this is not used [m]."""
-    max_range: float = Field(default=4.5, ge=0.5, le=20.0, json_schema_extra=FOR_PEOPLE)
+    max_range: float = Field(default=4.5, ge=0.5, le=20.0, json_schema_extra=BASIC)
     """Points farther away than this over the floor are not used [m]."""
     range_step: float = Field(default=0.025, ge=0.005, le=0.5)
     """A polar cell is this long, which is half a map cell, so that no map cell is skipped [m]."""
     min_height: float = Field(default=0.06, ge=0.005, le=0.5)
     """Points up to this height count as floor [m]."""
-    max_height: float = Field(default=0.75, ge=0.1, le=2.5, json_schema_extra=FOR_PEOPLE)
+    max_height: float = Field(default=0.75, ge=0.1, le=2.5, json_schema_extra=BASIC)
     """The robot, mast included, passes under anything above this height [m]."""
     tilt_tolerance: float = Field(default=0.012, ge=0.0, le=0.2)
     """An error of the camera's pitch up to this does not turn floor into obstacles [rad]."""
@@ -45,7 +45,7 @@ class DepthMapperConfig(BaseModel):
 
     scan: ScanConfig = ScanConfig()
     """These settings say how a depth image is read."""
-    resolution: float = Field(default=0.05, ge=0.01, le=0.5, json_schema_extra=FOR_PEOPLE)
+    resolution: float = Field(default=0.05, ge=0.01, le=0.5, json_schema_extra=BASIC)
     """A cell of the obstacle map is this wide (paper, common settings) [m]."""
     obstacle_odds: float = Field(default=0.6, ge=0.01, le=10.0)
     """One near view of an obstacle adds these log odds to its cell; far ones add less [1]."""

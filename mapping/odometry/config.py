@@ -65,10 +65,10 @@ class OdometryConfig(BaseModel):
     """The predicted position has this standard deviation [m]."""
     turn_sigma: float = Field(default=0.1, ge=0.001, le=6.3)
     """The predicted angle has this standard deviation [rad]."""
-    unmodelled: float = Field(default=1.9, ge=0.1, le=100.0)
+    covariance_factor: float = Field(default=1.9, ge=0.1, le=100.0)
     """Covariances are multiplied by this, for matches do not err independently (measured in
     training homes) [1]."""
-    least_error: float = Field(default=0.01, ge=0.0, le=1.0)
+    min_error: float = Field(default=0.01, ge=0.0, le=1.0)
     """Matches err by at least this fraction of their noise; the image of a frozen camera repeats to
     the bit [1]."""
     min_inliers: int = Field(default=15, ge=4, le=1000)
@@ -100,7 +100,7 @@ class GatingConfig(BaseModel):
     """A turn by wheels that do not slip differs from one by images by this at most [rad]."""
     wheel_turn_gate_growth: float = Field(default=0.15, ge=0.0, le=10.0)
     """The limit `wheel_turn_gate` grows by this fraction of the angle [1]."""
-    spin: float = Field(default=0.5, ge=0.0, le=10.0)
+    wheel_only_error: float = Field(default=0.5, ge=0.0, le=10.0)
     """A wheel-only stretch errs by at most this fraction of its length; a larger error would take
     the next of two rooms that look the same for the first one [1]."""
     closure_gate: float = Field(default=1.0, ge=0.0, le=100.0)
@@ -117,9 +117,9 @@ class GyroFaultsConfig(BaseModel):
 
     model_config = SETTINGS
 
-    span: float = Field(default=1.0, ge=0.05, le=60.0)
+    averaging_time: float = Field(default=1.0, ge=0.05, le=60.0)
     """Rates are averaged over this time, since wheels jitter from frame to frame [s]."""
-    spans: int = Field(default=5, ge=1, le=1000)
+    averages: int = Field(default=5, ge=1, le=1000)
     """The gyroscope is ruled out where so many averages in a row differ from the wheels [1]."""
     gate: float = Field(default=0.03, ge=1e-4, le=3.0)
     """Gyroscope and wheels differ where their rates differ by more than this [rad/s]."""
@@ -127,7 +127,7 @@ class GyroFaultsConfig(BaseModel):
     """The limit `gate` grows by this fraction of the rate of the wheels [1]."""
     standing_gate: float = Field(default=0.005, ge=1e-4, le=3.0)
     """The gyroscope differs from standing wheels where it shows more than this rate [rad/s]."""
-    carried: float = Field(default=0.1, ge=0.001, le=6.3)
+    carried_rate: float = Field(default=0.1, ge=0.001, le=6.3)
     """A person turns the robot where it turns faster than this with standing wheels [rad/s]."""
 
 
@@ -136,13 +136,13 @@ class GyroVoteConfig(BaseModel):
 
     model_config = SETTINGS
 
-    span: float = Field(default=1.0, ge=0.05, le=60.0)
+    turning_time: float = Field(default=1.0, ge=0.05, le=60.0)
     """One vote is about turns that last this time together [s]."""
     gate: float = Field(default=0.02, ge=1e-4, le=3.0)
     """The gyroscope is ruled out where its rate differs by more than this from images [rad/s]."""
     sigmas: float = Field(default=4.0, ge=0.1, le=100.0)
     """The gyroscope is ruled out where it differs from images by so many of their sigmas [1]."""
-    share: float = Field(default=0.5, ge=0.01, le=10.0)
+    max_wheel_share: float = Field(default=0.5, ge=0.01, le=10.0)
     """Wheels that vote against the gyroscope differ from images by at most this share of it [1]."""
 
 
@@ -189,7 +189,7 @@ class DeadReckoningConfig(BaseModel):
     """The wheels err by these in turns, for their distance and their difference in size."""
     wheel_noise: float = Field(default=0.01, ge=1e-5, le=1.0)
     """A turn by wheels between keyframes keeps this standard deviation [rad]."""
-    watch: GyroFaultsConfig = GyroFaultsConfig()
+    gyro_faults: GyroFaultsConfig = GyroFaultsConfig()
     """These settings say when the wheels alone rule the gyroscope out."""
-    vote: GyroVoteConfig = GyroVoteConfig()
+    gyro_vote: GyroVoteConfig = GyroVoteConfig()
     """These settings say when images and wheels together rule the gyroscope out."""

@@ -12,10 +12,10 @@ class DepthConsistencyConfig(BaseModel):
 
     model_config = SETTINGS
 
-    corners: int = Field(default=20, ge=1, le=10000)
+    min_corners: int = Field(default=20, ge=1, le=10000)
     """At least so many corners above the floor must agree, or differ, to decide about a pose
     [1]."""
-    share: float = Field(default=0.5, ge=0.01, le=1.0)
+    min_share: float = Field(default=0.5, ge=0.01, le=1.0)
     """At least this share of the corners above the floor must agree, or differ, to decide [1]."""
 
 
@@ -24,15 +24,15 @@ class KidnappingConfig(BaseModel):
 
     model_config = SETTINGS
 
-    corners: int = Field(default=80, ge=1, le=10000)
+    plenty_corners: int = Field(default=80, ge=1, le=10000)
     """An image shows plenty from this number of corners on [1]."""
-    broken: int = Field(default=250, ge=1, le=10000)
+    break_corners: int = Field(default=250, ge=1, le=10000)
     """A break in tracking is where this number of corners of one frame should be in view in the
     next, none is, and depth differs there [1]."""
-    patience: int = Field(default=2, ge=1, le=1000)
+    lost_frames: int = Field(default=2, ge=1, le=1000)
     """The robot is lost after this number of frames in a row that show plenty, but not what they
     should; somebody who walks by is in view for fewer [1]."""
-    patience_in_place: int = Field(default=8, ge=1, le=1000)
+    lost_frames_in_place: int = Field(default=8, ge=1, le=1000)
     """The robot is lost after this number of frames that show plenty, but not what they should,
     where depth confirms the pose or did at the break, since blur and plain walls match nothing
     [1]."""
@@ -49,15 +49,15 @@ class ScanMatchConfig(BaseModel):
     """Poses that are tried differ by this angle; the best is then refined to the cells [rad]."""
     sigma: float = Field(default=0.1, ge=0.01, le=2.0)
     """At the right pose obstacles deviate from the map's by this (standard deviation) [m]."""
-    in_free: float = Field(default=0.3, ge=0.0, le=10.0)
+    free_space_penalty: float = Field(default=0.3, ge=0.0, le=10.0)
     """An obstacle in free space costs this share of an obstacle's reward on one [1]."""
-    on_obstacle: float = Field(default=0.4, ge=0.0, le=10.0)
+    missed_obstacle_penalty: float = Field(default=0.4, ge=0.0, le=10.0)
     """A free cell on an obstacle of the map costs this share of an obstacle's reward on one [1]."""
-    apart: float = Field(default=0.6, ge=0.01, le=20.0)
+    different_distance: float = Field(default=0.6, ge=0.01, le=20.0)
     """Two poses count as different from this distance on [m]."""
-    turned: float = Field(default=0.45, ge=0.01, le=3.2)
+    different_angle: float = Field(default=0.45, ge=0.01, le=3.2)
     """Two poses count as different from this angle on [rad]."""
-    least: int = Field(default=20, ge=1, le=100000)
+    min_cells: int = Field(default=20, ge=1, le=100000)
     """A pose is judged where at least so many obstacle cells lie on known cells of the map [1]."""
 
 
@@ -68,23 +68,23 @@ class LocalMapConfig(BaseModel):
 
     match: ScanMatchConfig = ScanMatchConfig()
     """These settings say how obstacles are compared."""
-    reach: float = Field(default=2.0, ge=0.1, le=100.0)
+    max_distance: float = Field(default=2.0, ge=0.1, le=100.0)
     """The local map starts anew after this distance, since dead reckoning drifts [m]."""
-    turn: float = Field(default=1.0, ge=0.05, le=6.3)
+    comparison_angle: float = Field(default=1.0, ge=0.05, le=6.3)
     """Obstacles are compared with the whole map again after a turn by this angle [rad]."""
     agreement: float = Field(default=0.7, ge=0.01, le=1.0)
     """A pose by obstacles has at least this agreement with the map [1]."""
-    rival: float = Field(default=0.75, ge=0.01, le=1.0)
+    max_rival: float = Field(default=0.75, ge=0.01, le=1.0)
     """The agreement of any other pose is at most this share of the best one's, unless images
     confirm that [1]."""
     repeats: int = Field(default=3, ge=1, le=1000)
-    """A pose must be the best this number of times in a row for `repeated_rival` to hold [1]."""
-    repeated_rival: float = Field(default=0.85, ge=0.01, le=1.0)
+    """A pose must be the best so many times in a row for `max_repeated_rival` to hold [1]."""
+    max_repeated_rival: float = Field(default=0.85, ge=0.01, le=1.0)
     """The agreement of any other pose is at most this share of that of one which was the best
     `repeats` times, since along a wall a step aside fits nearly as well [1]."""
-    same: float = Field(default=0.3, ge=0.01, le=10.0)
+    same_pose_distance: float = Field(default=0.3, ge=0.01, le=10.0)
     """Two poses count as the same within this distance [m, rad]."""
-    contradiction: float = Field(default=0.6, ge=0.01, le=1.0)
+    min_image_agreement: float = Field(default=0.6, ge=0.01, le=1.0)
     """A pose by images is rejected where its agreement with the obstacles is below this [1]."""
     translation_sigma: float = Field(default=0.05, ge=0.001, le=2.0)
     """The position of a pose by obstacles has this standard deviation [m]."""
@@ -103,22 +103,22 @@ class RelocalisationConfig(BaseModel):
     """At least this number of matches must agree on the pose of a lost robot [1]."""
     inlier_fraction: float = Field(default=0.5, ge=0.01, le=1.0)
     """At least this share of all matches must agree on the pose of a lost robot [1]."""
-    shown: float = Field(default=0.1, ge=0.001, le=1.0)
+    min_shown_share: float = Field(default=0.1, ge=0.001, le=1.0)
     """Matches that agree are at least this share of the corners that both images show [1]."""
-    above_floor: float = Field(default=0.03, ge=0.001, le=1.0)
+    above_floor_radius: float = Field(default=0.03, ge=0.001, le=1.0)
     """The pose must also be found by corners above the floor alone, within this radius as a
     fraction of the image's width, since boards and tiles repeat [1]."""
-    alone: int = Field(default=120, ge=1, le=100000)
+    single_frame_inliers: int = Field(default=120, ge=1, le=100000)
     """A single frame is believed from this number of agreeing matches on, unless it looks like
     another place as well or an earlier frame led elsewhere; with fewer, more earlier frames must
     have led to the same place than elsewhere [1]."""
     agreement: float = Field(default=0.15, ge=0.0, le=10.0)
     """An earlier frame leads to the same place where it does so within this distance [m, rad]."""
-    aside: float = Field(default=0.35, ge=0.0, le=3.2)
+    min_turn: float = Field(default=0.35, ge=0.0, le=3.2)
     """The frame and one of those that led to the same place must differ by this turn, so that they
     show different things; there is more than one window with the same view [rad]."""
-    guesses: int = Field(default=50, ge=1, le=100000)
+    remembered_frames: int = Field(default=50, ge=1, le=100000)
     """The places of this number of earlier frames are remembered, the newest ones, since a robot
     may stand lost for hours [1]."""
-    beside: float = Field(default=0.3, ge=0.01, le=10.0)
+    same_place: float = Field(default=0.3, ge=0.01, le=10.0)
     """Images confirm a pose by obstacles where they find it within this distance [m, rad]."""

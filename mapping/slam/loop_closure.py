@@ -59,7 +59,7 @@ class LoopClosure:
             expected = invert(keyframes.poses[keyframe]) @ pose.in_map(keyframes.poses)
             if not is_covered(expected, config.keyframes):
                 continue
-            found = self._matched(keyframe, features, expected, config.closure_search, pose)
+            found = self._matched(keyframe, features, expected, config.closure_search_radius, pose)
             if found is None or is_due(
                 keyframes[keyframe], found.T_keyframe_cam, found, config.keyframes
             ):
@@ -117,8 +117,8 @@ class LoopClosure:
         T_map_cam = pose.in_map(self._map.poses)
         error = pose_difference(T_map_cam, T_old_cam)
         for span in reversed(spans):
-            bound = gates.wheel_gate + gates.spin * span.motion
-            heading = gates.wheel_gate + gates.spin * span.turned_by_wheels
+            bound = gates.wheel_gate + gates.wheel_only_error * span.motion
+            heading = gates.wheel_gate + gates.wheel_only_error * span.turned_by_wheels
             bound[0] += heading * pose_difference(T_map_cam, self._map.poses[span.first])[0]
             if keyframe < span.first and (error <= bound).all():
                 return span.first, bound
@@ -131,7 +131,7 @@ class LoopClosure:
         """
         agreement, count = (
             self._config.relocalisation.agreement,
-            self._config.relocalisation.guesses,
+            self._config.relocalisation.remembered_frames,
         )
         if first != self._doubted_first:
             self._hypotheses, self._doubted_first = [], first
@@ -161,7 +161,7 @@ class LoopClosure:
         older = [keyframe for keyframe in near if not keyframes.is_recent(keyframe)]
         for keyframe in recent + older[: config.keyframes.closures]:
             expected = invert(keyframes.poses[keyframe]) @ T_map_cam
-            share = config.closure_search if keyframe in older else config.search
+            share = config.closure_search_radius if keyframe in older else config.search_radius
             found = self._matched(keyframe, features, expected, share, pose, once=True)
             if found is not None and self._may_link(found, expected, pose):
                 links[keyframe] = found

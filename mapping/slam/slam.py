@@ -71,12 +71,12 @@ class Slam:
         self._matcher = FrameMatcher(
             intrinsics, T_base_cam, config.features, config.odometry, config.gates
         )
-        consistency = DepthConsistency(intrinsics, T_base_cam, config.solid)
+        consistency = DepthConsistency(intrinsics, T_base_cam, config.depth_consistency)
         self._kidnapping = Kidnapping(intrinsics, consistency, config.kidnapping)
         self._relocaliser = Relocaliser(
             intrinsics, T_base_cam, consistency, config.relocalisation, local_map
         )
-        self._map = KeyframeMap(T_base_cam, config.keyframes, config.graph, config.places)
+        self._map = KeyframeMap(T_base_cam, config.keyframes, config.graph, config.place_index)
         self._search = PlaceSearch(self._map, self._matcher, self._relocaliser, config)
         self._loops = LoopClosure(self._map, self._matcher, self._search, T_base_cam, config)
         self._pose = TrackedPose()
@@ -171,7 +171,7 @@ class Slam:
         if before is Tracking.LOST:
             measured, now = self._relocalise(frame, features), Tracking.RELOCALISED
         else:
-            shares = config.search, config.wide_search
+            shares = config.search_radius, config.wide_search_radius
             measured = self._matcher.track(
                 self._map[pose.reference], self._last, features, pose, prior, shares
             )
@@ -250,7 +250,7 @@ class Slam:
     ) -> bool:
         """Whether images that agree with each other have long shown that the robot is elsewhere."""
         last = self._last_features
-        step = self._matcher.between(last, features, motion, self._config.search)
+        step = self._matcher.between(last, features, motion, self._config.search_radius)
         steady = 0 if step is None else step.inliers
         self._kidnapping.compare(last, motion, steady, frame)
         reference = self._pose.reference

@@ -9,17 +9,14 @@ import typer
 
 from vizbot.commands.options import ConfigOption
 
-config_app = typer.Typer(
-    help="Write a settings file; show what is set, and what can be.", no_args_is_help=True
-)
+config_app = typer.Typer(help="Show settings; write a file of them.", no_args_is_help=True)
 
 
 @config_app.command("init", epilog="Example: vizbot config init --out robot.toml")
 def config_init(
     out: Annotated[Path, typer.Option("--out", help="Write this file.")] = Path("robot.toml"),
     every: Annotated[
-        bool,
-        typer.Option("--all", help="Write advanced settings, too, as comments at their defaults."),
+        bool, typer.Option("--all", help="Write advanced settings, too, as comments.")
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:

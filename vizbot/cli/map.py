@@ -12,10 +12,7 @@ from vizbot.commands.options import JsonOption, MapArgument, MapBuildOptions, Ma
 from vizbot.core.program.garbage import collecting_afterwards
 
 SavedName = Annotated[
-    str,
-    typer.Argument(
-        metavar="NAME", help="Use the map saved by this name, as `vizbot map list` shows it."
-    ),
+    str, typer.Argument(metavar="NAME", help="Use this map, as `vizbot map list` names it.")
 ]
 
 map_app = typer.Typer(
@@ -47,10 +44,7 @@ def map_query(options: MapQueryOptions) -> None:
 def map_export(
     folder: MapArgument,
     form: Annotated[
-        str,
-        typer.Option(
-            "--format", help="Write this format: ply (coloured cloud) or tum (trajectory)."
-        ),
+        str, typer.Option("--format", help="Write ply (coloured cloud) or tum (trajectory).")
     ],
     out: Annotated[Path, typer.Option(help="Write to this file.")],
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,

@@ -21,10 +21,7 @@ if TYPE_CHECKING:
     from vizbot.operator.client.robot_client import RobotClient
 
 UrlOption = Annotated[
-    str,
-    typer.Option(
-        envvar="VIZBOT_URL", help="Talk to the robot at this address, as launch shows it."
-    ),
+    str, typer.Option(envvar="VIZBOT_URL", help="Talk to the robot there, as launch shows it.")
 ]
 UnusedTokenOption = Annotated[
     str | None, typer.Option("--token", help="This is not needed: everybody may stop the robot.")
@@ -32,9 +29,7 @@ UnusedTokenOption = Annotated[
 NowOption = Annotated[
     bool, typer.Option("--now", help="End what the robot is doing, instead of waiting for it.")
 ]
-WaitOption = Annotated[
-    bool, typer.Option("--wait", help="Wait until it is over, and say how it ended.")
-]
+WaitOption = Annotated[bool, typer.Option("--wait", help="Wait until it is over; say how.")]
 
 
 def goal(
@@ -42,8 +37,7 @@ def goal(
         list[str],
         typer.Argument(
             metavar="TEXT...",
-            help="Ask for these things or sentences, in this order; words in double quotes are"
-            " literal.",
+            help="Ask for things or sentences, in this order; words in double quotes are literal.",
         ),
     ],
     now: NowOption = False,
@@ -62,9 +56,7 @@ def goal(
 
 
 def say(
-    text: Annotated[
-        str, typer.Argument(metavar="TEXT", help="Say this sentence, as in the console.")
-    ],
+    text: Annotated[str, typer.Argument(metavar="TEXT", help="Say this, as in the console.")],
     now: NowOption = False,
     wait: WaitOption = False,
     url: UrlOption = HERE,

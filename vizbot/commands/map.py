@@ -111,13 +111,14 @@ def query(options: MapQueryOptions) -> None:
     from vizbot.commands.progress import BankProgress
     from vizbot.commands.sentences import parse_question
     from vizbot.operator.language.language import load_language
-    from vizbot.operator.session.saved_map import SavedMap
 
     question = parse_question(options.text, load_language(options.language))
     config = load_settings(options.config, options.clip, options.method)
     by_paper = config.objectnav.method == "paper"
     if by_paper and isinstance(question, HowMany):
         raise ConfigError(f"--method paper cannot answer {options.text!r}: it counts nothing")
+    from vizbot.operator.session.place_answers import SavedMap
+
     saved = SavedMap(options.folder, config, options.clip)
     notice = saved.encoder.notice
     answer = saved.find(question.goal, BankProgress(saved.encoder.model_id))

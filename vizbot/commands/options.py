@@ -59,17 +59,12 @@ SpeechOption = Annotated[
 ]
 LanguageOption = Annotated[
     str,
-    typer.Option(
-        "--language", metavar="CODE", help="Understand and speak this language: en or de."
-    ),
+    typer.Option("--language", metavar="CODE", help="Hear and speak this language: en or de."),
 ]
 MapArgument = Annotated[
-    Path,
-    typer.Argument(metavar="MAP", help="Use this map: its folder, a run's, or a saved map's name."),
+    Path, typer.Argument(metavar="MAP", help="Use this map: its folder, a run's, or its name.")
 ]
-JsonOption = Annotated[
-    bool, typer.Option("--json", help="Print one JSON object on standard output.")
-]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object alone.")]
 VerboseOption = Annotated[
     bool, typer.Option("--verbose", help="Show key events on standard error, not warnings alone.")
 ]
@@ -99,8 +94,7 @@ class RunOptions:
     method: MethodOption = None
     config: ConfigOption = None
     out: Annotated[
-        Path | None,
-        typer.Option("--out", help="Write the run into this folder; else into runs/TIME."),
+        Path | None, typer.Option("--out", help="Write the run here; else into runs/TIME.")
     ] = None
     rerun: Annotated[
         bool,
@@ -123,16 +117,15 @@ class ServiceOptions:
             "--host", help="Serve beyond this machine, for example at 0.0.0.0; asks for a token."
         ),
     ] = "127.0.0.1"
-    port: Annotated[
-        int, typer.Option("--port", help="Serve at this TCP port.", min=0, max=65535)
-    ] = PORT
+    port: Annotated[int, typer.Option("--port", help="Serve at this port.", min=0, max=65535)] = (
+        PORT
+    )
     certificate: Annotated[
         Path | None, typer.Option("--tls-certificate", help="Serve by https, with this PEM file.")
     ] = None
-    key: Annotated[
-        Path | None,
-        typer.Option("--tls-key", help="Read the certificate's private key from this file."),
-    ] = None
+    key: Annotated[Path | None, typer.Option("--tls-key", help="Read its key from this file.")] = (
+        None
+    )
     speech: SpeechOption = SPEECH
     language: LanguageOption = LANGUAGE
 
@@ -154,25 +147,18 @@ class DryRunOptions:
     ] = None
     camera: Annotated[
         str,
-        typer.Option(
-            "--camera",
-            help="Take this camera: sim, realsense, or a recording (TUM folder, .db3 or .bag).",
-        ),
+        typer.Option("--camera", help="Use sim, realsense, or a TUM folder, a .db3 or a .bag."),
     ] = "sim"
     base: Annotated[
         str | None,
-        typer.Option(
-            "--base",
-            help="Drive this base: sim, roomba or none, which is the default of recordings.",
-        ),
+        typer.Option("--base", help="Drive sim, roomba or none; recordings drive none."),
     ] = None
     world: Annotated[
         str,
         typer.Option(
             "--world",
-            help="Simulate this world: the seed of a home, SEED+bare for bare walls and a mirror,"
-            " office, a Sweet Home 3D file (.sh3d), JAR/NAME of one in sweethome3d.jar, or an MJCF"
-            " file.",
+            help="Simulate the home of a SEED, SEED+bare with bare walls and a mirror, office, a"
+            " Sweet Home 3D file (.sh3d), JAR/NAME of one in sweethome3d.jar, or an MJCF file.",
         ),
     ] = "0"
     labels: Annotated[
@@ -242,12 +228,8 @@ class CalibrateOptions:
             " in use.",
         ),
     ] = None
-    camera: Annotated[str, typer.Option("--camera", help="Take this camera: realsense or sim.")] = (
-        "realsense"
-    )
-    base: Annotated[
-        str, typer.Option("--base", help="Turn and drive this base: roomba or sim.")
-    ] = "roomba"
+    camera: Annotated[str, typer.Option("--camera", help="Use realsense or sim.")] = "realsense"
+    base: Annotated[str, typer.Option("--base", help="Drive roomba or sim.")] = "roomba"
     world: Annotated[str, typer.Option("--world", help="Simulate this world, as in dry-run.")] = (
         "office"
     )
@@ -376,17 +358,12 @@ class TeleopOptions:
 
     config: ConfigOption = None
     base: Annotated[
-        str,
-        typer.Option(
-            "--base", help="Drive this base: roomba, or sim to rehearse on an empty floor."
-        ),
+        str, typer.Option("--base", help="Drive roomba, or sim to rehearse on an empty floor.")
     ] = "roomba"
     url: Annotated[
         str | None,
         typer.Option(
-            "--url",
-            envvar="VIZBOT_URL",
-            help="Drive the running robot at this address instead of a base.",
+            "--url", envvar="VIZBOT_URL", help="Drive the robot that is running there, no base."
         ),
     ] = None
     token: TokenOption = None
@@ -399,9 +376,7 @@ class TeleopOptions:
 class MapBuildOptions:
     """Options of `vizbot map build`."""
 
-    sequence: Annotated[
-        Path, typer.Argument(metavar="SEQ", help="Read this recording: a TUM folder, .db3 or .bag.")
-    ]
+    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="Read this TUM folder or file.")]
     out: Annotated[Path, typer.Option("--out", help="Write the map into this folder.")]
     clip: ClipOption = None
     config: ConfigOption = None
@@ -415,10 +390,7 @@ class MapQueryOptions:
     """Options of `vizbot map query`."""
 
     folder: MapArgument
-    text: Annotated[
-        str,
-        typer.Argument(help='Look for this thing, or answer this question: "where is the sofa?".'),
-    ]
+    text: Annotated[str, typer.Argument(help='Look for this, or answer it: "where is the sofa?".')]
     clip: ClipOption = None
     method: MethodOption = None
     language: LanguageOption = LANGUAGE

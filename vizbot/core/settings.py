@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, JsonValue, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-FOR_PEOPLE: dict[str, JsonValue] = {"advanced": False}
+BASIC: dict[str, JsonValue] = {"advanced": False}
 """The `json_schema_extra` of a setting that people change; all others are advanced."""
 
 
