@@ -7,29 +7,20 @@ Make a map, then ask it:
 """
 
 import argparse
-from pathlib import Path
 
-from mapping import map_bundle
-from vizbot.config import Config
-from vizbot.objectnav.tasks import goal_of
-from vizbot.operator.session.place_answers import find_places
-from vizbot.rig import open_map_encoder
+from vizbot import SavedMap
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("map", type=Path, help="folder of the map")
+    parser.add_argument("map", help="folder or name of the map")
     parser.add_argument("text", nargs="+", help="what to look for")
     arguments = parser.parse_args()
 
-    bundle = map_bundle.load(arguments.map)
-    encoder = open_map_encoder(bundle, "cpu")
-    bundle = map_bundle.with_background(bundle, encoder)
-
+    saved = SavedMap(arguments.map)
     for text in arguments.text:
-        goal = goal_of(encoder, text)
-        answer = find_places(bundle, goal, encoder.log_odds, Config().objectnav)
-        print(text if goal.note is None else f"{text} ({goal.note})")
+        answer = saved.find(text)
+        print(text if answer.note is None else f"{text} ({answer.note})")
         for place in answer.places:
             x, y, z = place.position  # in the frame `map` [m]
             verdict = "found" if place.score > answer.threshold else "not likely enough"

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.reading import Reading
+from vizbot import Reading
 
 COLOURS = {
     "red": (200, 30, 30),

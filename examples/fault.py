@@ -8,13 +8,12 @@ Needs the simulator (the extra `sim`):
 import argparse
 from dataclasses import replace
 
-from vizbot.config import Config
+from vizbot import Config, open_encoder
 from vizbot.core.interfaces import Camera, Clock
 from vizbot.core.types import RGBDFrame
 from vizbot.mission import drive_to_all
 from vizbot.pipeline import Pipeline
 from vizbot.rehearsal.rig import Rig
-from vizbot.rig import open_encoder
 
 
 class CoveredLens:

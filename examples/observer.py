@@ -7,12 +7,10 @@ Needs the simulator (the extra `sim`):
 
 import argparse
 
-from vizbot.config import Config
-from vizbot.core.observer import GoalReport, Step
+from vizbot import Config, GoalReport, Step, open_encoder
 from vizbot.mission import drive_to_all
 from vizbot.pipeline import Pipeline
 from vizbot.rehearsal.rig import Rig
-from vizbot.rig import open_encoder
 
 
 class Narrator:

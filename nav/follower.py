@@ -43,7 +43,7 @@ def follow_path(
         return Twist(0.0, turn_rate(error, config))
     speed = config.max_linear * (config.slow_fraction + room * (1 - config.slow_fraction))
     # The robot must be able to stop at the end, and not pass it while the base holds the twist.
-    speed = min(speed, np.sqrt(2 * config.deceleration * to_go), to_go / config.hold)
+    speed = min(speed, np.sqrt(2 * config.deceleration * to_go), to_go / config.twist_duration)
     speed *= np.cos(error)
     # Near the end the arc through the target grows too tight: a turn rate bounds it.
     angular = 2 * speed * np.sin(error) / ahead

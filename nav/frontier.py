@@ -299,7 +299,7 @@ class FrontierSearch:
         begins = np.cumsum([0, *(len(along) for along in found)])
         for along, begin in zip(found, begins[:-1], strict=True):
             to_see = to_see_all[begin : begin + len(along)]
-            best = int(np.argmax(to_see >= config.good_view * to_see.max()))
+            best = int(np.argmax(to_see >= config.min_gain_share * to_see.max()))
             if to_see[best] >= config.min_gain:
                 chosen.append((along[best], to_see[best]))
         points = np.array([point for point, _ in chosen]).reshape(-1, 2)
@@ -322,7 +322,7 @@ class FrontierSearch:
         dx, dy = (points_xy - T_map_base[:2, 3]).T
         turns = np.abs((np.arctan2(dy, dx) - yaw_of(T_map_base) + np.pi) % (2 * np.pi) - np.pi)
         costs = config.turn_cost * turns
-        costs += config.gain_worth * np.maximum(config.most_gain - to_see, 0.0)
+        costs += config.path_per_gain * np.maximum(config.max_gain - to_see, 0.0)
         away = self._from_target(points_xy) / config.given_up_radius
-        costs += config.keep_worth * np.minimum(away, 1.0)
+        costs += config.frontier_change_saving * np.minimum(away, 1.0)
         return np.asarray(costs)

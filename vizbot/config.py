@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import re
 import tomllib
 from pathlib import Path
@@ -22,9 +23,11 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import camera_mount
 from vizbot.core.method import Method
-from vizbot.core.settings import SETTINGS, explained
+from vizbot.core.renamed_settings import with_names_of_today
+from vizbot.core.settings import BASIC, SETTINGS, explained
 from vizbot.core.types import SE3
 
+_log = logging.getLogger(__name__)
 _LARGEST = 1024 * 1024
 """Size of a settings file that is read [bytes]."""
 
@@ -34,18 +37,19 @@ class MountConfig(BaseModel):
 
     model_config = SETTINGS
 
-    height: float = Field(default=0.60, ge=0.1, le=2.0)
-    """Height of the optical centre above the floor [m]."""
-    forward: float = Field(default=0.05, ge=-0.5, le=0.5)
-    """Distance of the optical centre ahead of the wheel axle [m]."""
-    tilt: float = Field(default=0.15, gt=-1.4, lt=1.4)
-    """Angle by which the camera looks down from the horizontal [rad]."""
-    left: float = Field(default=0.0, ge=-0.5, le=0.5)
-    """Distance of the optical centre to the left of the middle of the axle [m]."""
-    yaw: float = Field(default=0.0, gt=-1.6, lt=1.6)
-    """Angle by which the camera looks to the left of the base's heading [rad]."""
-    roll: float = Field(default=0.0, gt=-0.5, lt=0.5)
-    """Angle of the camera about its optical axis, positive when its right side is lower [rad]."""
+    height: float = Field(default=0.60, ge=0.1, le=2.0, json_schema_extra=BASIC)
+    """The optical centre is this high above the floor [m]."""
+    forward: float = Field(default=0.05, ge=-0.5, le=0.5, json_schema_extra=BASIC)
+    """The optical centre is this far ahead of the wheel axle [m]."""
+    tilt: float = Field(default=0.15, gt=-1.4, lt=1.4, json_schema_extra=BASIC)
+    """The camera looks down from the horizontal by this angle [rad]."""
+    left: float = Field(default=0.0, ge=-0.5, le=0.5, json_schema_extra=BASIC)
+    """The optical centre is this far to the left of the middle of the axle [m]."""
+    yaw: float = Field(default=0.0, gt=-1.6, lt=1.6, json_schema_extra=BASIC)
+    """The camera looks to the left of the base's heading by this angle [rad]."""
+    roll: float = Field(default=0.0, gt=-0.5, lt=0.5, json_schema_extra=BASIC)
+    """The camera is rolled about its optical axis by this, positive with its right side low
+    [rad]."""
 
     @property
     def T_base_cam(self) -> SE3:
@@ -59,9 +63,9 @@ class GyroSettlingConfig(BaseModel):
     model_config = SETTINGS
 
     seconds: float = Field(default=2.0, ge=0.0, le=600.0)
-    """The robot stands still for at least this time [s]."""
+    """The robot stands still for at least this time before it first moves [s]."""
     frames: int = Field(default=5, ge=0, le=10_000)
-    """The robot stands still for at least this number of frames [1]."""
+    """The robot stands still for at least this number of frames before it first moves [1]."""
 
 
 class BeliefSearchConfig(BaseModel):
@@ -69,28 +73,29 @@ class BeliefSearchConfig(BaseModel):
 
     model_config = SETTINGS
 
-    sure: float = Field(default=0.8, gt=0.0, lt=1.0)
-    """Probability from which the robot says that it has arrived, early in a search [1]; in one for
-    a room until nothing is left to see."""
-    settled: float = Field(default=0.6, gt=0.0, lt=1.0)
-    """The same, late in a search for a thing [1]."""
-    last: float = Field(default=0.4, gt=0.0, lt=1.0)
-    """The same when nothing is left to see, and from twice as late on [1]."""
-    patience: int = Field(default=300, ge=1, le=1_000_000)
-    """Number of steps after which a search is late [1]."""
-    candidate: float = Field(default=0.25, gt=0.0, lt=1.0)
-    """Probability below which places are mostly left until nothing better is to be done [1]: a look
-    at one is worth less by the square of its share of this."""
-    commitment: float = Field(default=0.3, ge=0.0, le=10.0)
-    """Share by which another aim must be better than the present one [1]."""
-    findings: float = Field(default=0.015, ge=1e-6, le=10.0)
-    """Chance that a square metre not seen yet shows what is asked for, in a place like any other
-    [1/m^2]."""
-    worth: float = Field(default=0.005, ge=0.0, le=10.0)
-    """Probability for each metre of way below which nothing is tried any more, after twice the
-    patience: the search ends, as not found [1/m]. It rises to that from 0 when a search is late."""
-    doubt: float = Field(default=0.2, gt=0.0, lt=1.0)
-    """Factor of the probability of a place that was looked at from near and not believed [1]."""
+    arrival_probability_early: float = Field(default=0.8, gt=0.0, lt=1.0, json_schema_extra=BASIC)
+    """Early in a search for a thing, and in a search for a room until nothing is left to see, the
+    robot says that it has arrived from this probability on [1]."""
+    arrival_probability_late: float = Field(default=0.6, gt=0.0, lt=1.0, json_schema_extra=BASIC)
+    """Late in a search for a thing, the robot says it has arrived from this probability on [1]."""
+    arrival_probability_last: float = Field(default=0.4, gt=0.0, lt=1.0, json_schema_extra=BASIC)
+    """When nothing is left to see, and after twice `late_after_steps`, the robot says that it has
+    arrived from this probability on [1]."""
+    late_after_steps: int = Field(default=300, ge=1, le=1_000_000, json_schema_extra=BASIC)
+    """A search is late after this number of steps [1]."""
+    candidate_probability: float = Field(default=0.25, gt=0.0, lt=1.0)
+    """A place with less than this probability is mostly left until nothing better is to be done,
+    since a look at it is worth less by the square of its share of this [1]."""
+    aim_change_margin: float = Field(default=0.3, ge=0.0, le=10.0)
+    """The robot changes its aim only where another one is better by this share [1]."""
+    finding_density: float = Field(default=0.015, ge=1e-6, le=10.0)
+    """A square metre not seen yet is expected to show what is asked for with this chance, in a
+    place like any other [1/m^2]."""
+    min_probability_per_metre: float = Field(default=0.005, ge=0.0, le=10.0)
+    """A search ends as not found where nothing has more than this probability for each metre of
+    way; the limit rises to this from 0 between `late_after_steps` and twice that [1/m]."""
+    rejection_factor: float = Field(default=0.2, gt=0.0, lt=1.0)
+    """A place looked at from near and not believed keeps this share of its probability [1]."""
 
 
 class ObjectNavConfig(BaseModel):
@@ -98,32 +103,31 @@ class ObjectNavConfig(BaseModel):
 
     model_config = SETTINGS
 
-    method: Method = "belief"
-    """`belief` holds all that can be done next against each other, by the probabilities of places
-    (`objectnav.belief_search`). `paper` searches by the paper's Algorithm 1 and by nothing else
-    (`objectnav.paper_search`); a goal then takes `threshold`, `settling` and `max_steps` of these
-    settings alone."""
+    method: Method = Field(default="belief", json_schema_extra=BASIC)
+    """The robot searches by this method: `belief` compares all that can be done next by the
+    probabilities of places; `paper` is the paper's Algorithm 1, and of these settings takes
+    `threshold`, `gyro_settling` and `max_steps` alone."""
     search: BeliefSearchConfig = BeliefSearchConfig()
-    found: float = Field(default=0.5, gt=0.0, lt=1.0)
-    """Probability above which a place on the map answers a question [1]."""
-    threshold: float | None = Field(default=None, gt=0.0, lt=1.0)
-    """Similarity above which an element is the goal (theta), by the method `paper` [1]. Without it
-    the encoder's own is used."""
-    settling: GyroSettlingConfig = GyroSettlingConfig()
+    answer_probability: float = Field(default=0.5, gt=0.0, lt=1.0, json_schema_extra=BASIC)
+    """A place on the map answers a question when its probability is above this [1]."""
+    threshold: float | None = Field(default=None, gt=0.0, lt=1.0, json_schema_extra=BASIC)
+    """An element is the goal (theta) when its similarity is above this, by the method `paper`; None
+    takes the encoder's own threshold [1]."""
+    gyro_settling: GyroSettlingConfig = GyroSettlingConfig()
     waypoint_reaches: tuple[Reach, ...] = Field(
         default=(Reach(distance=0.25, extent=0.05), Reach(distance=0.8, extent=0.05)), min_length=1
     )
-    """How near the robot goes to a place on the map that it is sent to, the best first."""
-    max_steps: int = Field(default=1000, ge=1, le=1_000_000)
-    """Number of steps for one goal after which the robot gives up (paper, section IV-C) [1]."""
-    max_exploration_steps: int = Field(default=3000, ge=1, le=1_000_000)
-    """Number of steps after which the robot gives up an exploration without a goal [1]."""
-    look_around: bool = True
-    """Whether the robot turns once on the spot before the first goal."""
-    look_around_rate: float = Field(default=1.3, ge=0.05, le=4.3)
-    """Angular velocity of the turn before the first goal [rad/s]."""
+    """The robot goes this near to a place that it is sent to, by the first entry that it can."""
+    max_steps: int = Field(default=1000, ge=1, le=1_000_000, json_schema_extra=BASIC)
+    """The robot gives up a goal after this number of steps (paper, section IV-C) [1]."""
+    max_exploration_steps: int = Field(default=3000, ge=1, le=1_000_000, json_schema_extra=BASIC)
+    """The robot gives up an exploration without a goal after this number of steps [1]."""
+    look_around: bool = Field(default=True, json_schema_extra=BASIC)
+    """This says whether the robot turns once on the spot before the first goal."""
+    look_around_rate: float = Field(default=1.3, ge=0.05, le=4.3, json_schema_extra=BASIC)
+    """The robot turns at this rate on the spot before the first goal [rad/s]."""
     recognising_rate: float = Field(default=0.5, ge=0.05, le=4.3)
-    """Angular velocity of the turn of a robot that is lost; slow, for sharp images [rad/s]."""
+    """A robot that is lost turns at this rate, which is low for sharp images [rad/s]."""
 
 
 class DockingConfig(BaseModel):
@@ -131,10 +135,10 @@ class DockingConfig(BaseModel):
 
     model_config = SETTINGS
 
-    before: float = Field(default=0.8, ge=0.2, le=3.0)
-    """Distance from the dock at which the base begins to look for the contacts by itself [m]."""
-    patience: float = Field(default=90.0, ge=5.0, le=3600.0)
-    """Time that the base has to find the contacts [s]."""
+    search_distance: float = Field(default=0.8, ge=0.2, le=3.0, json_schema_extra=BASIC)
+    """The base begins to look for the contacts by itself at this distance from the dock [m]."""
+    contact_timeout: float = Field(default=90.0, ge=5.0, le=3600.0, json_schema_extra=BASIC)
+    """The base has this time to find the contacts [s]."""
 
 
 class PerceptionConfig(BaseModel):
@@ -144,12 +148,12 @@ class PerceptionConfig(BaseModel):
 
     slam: SlamConfig = SlamConfig()
     depth_mapper: DepthMapperConfig = DepthMapperConfig()
-    surroundings: LocalMapConfig = LocalMapConfig()
+    local_map: LocalMapConfig = LocalMapConfig()
     clip_mapper: ClipMapperConfig = ClipMapperConfig()
     embedding_latency: float = Field(default=0.12, ge=0.0, le=60.0)
-    """Duration of one frame's embedding in simulated time [s]."""
+    """The embedding of one frame takes this simulated time [s]."""
     cloud_stride: int = Field(default=8, ge=1, le=480)
-    """A keyframe adds every n-th pixel of every n-th row to the coloured cloud [px]."""
+    """A keyframe adds each n-th pixel of each n-th row to the coloured cloud; this is n [px]."""
     cloud_range: float = Field(default=4.0, ge=0.1, le=65.0)
     """Pixels with more depth than this are not added to the coloured cloud [m]."""
 
@@ -159,14 +163,14 @@ class Config(BaseModel):
 
     model_config = SETTINGS
 
-    clip: str = "embedded"
-    """The encoder: `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or MODULE:CLASS."""
-    device: str = "cpu"
-    """The device on which the encoder runs: `cpu`, `cuda` (`cuda:1` for a second one) or `auto`."""
-    half: bool = False
-    """Whether the encoder computes in 16-bit floating point, which needs CUDA."""
-    serial_port: str = "/dev/ttyUSB0"
-    """The serial port of the Roomba."""
+    clip: str = Field(default="embedded", json_schema_extra=BASIC)
+    """The encoder is `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or MODULE:CLASS."""
+    device: str = Field(default="cpu", json_schema_extra=BASIC)
+    """The encoder runs on this device: `cpu`, `cuda` (`cuda:1` for a second one) or `auto`."""
+    half: bool = Field(default=False, json_schema_extra=BASIC)
+    """This says whether the encoder computes in 16-bit floating point, which needs CUDA."""
+    serial_port: str = Field(default="/dev/ttyUSB0", json_schema_extra=BASIC)
+    """The Roomba is on this serial port."""
     mount: MountConfig = MountConfig()
     calibration: CalibrationConfig = CalibrationConfig()
     roomba: RoombaConfig = RoombaConfig()
@@ -216,7 +220,8 @@ def load_config(path: Path | None, clip: str | None = None, method: Method | Non
         method: Method of search instead of the file's own.
 
     Raises:
-        ConfigError: the file is missing, is not TOML, or has a wrong key or value.
+        ConfigError: the file is missing, is not TOML, or has a wrong key or value, or one by its
+            former name and by that of today.
     """
     settings: dict[str, object] = {}
     if path is not None:
@@ -230,6 +235,14 @@ def load_config(path: Path | None, clip: str | None = None, method: Method | Non
             raise ConfigError(text) from error
         except ValueError as error:  # of TOML, of UTF-8, or of a number with thousands of digits
             raise ConfigError(f"configuration {path} is not TOML: {error}; mend it") from error
+    try:
+        settings, renamed = with_names_of_today(settings)
+    except ConfigError as error:
+        raise ConfigError(f"configuration {path}: {error}") from error
+    if renamed:
+        _log.warning(
+            "configuration %s: the next release reads new names alone: %s", path, ", ".join(renamed)
+        )
     if clip is not None:
         settings["clip"] = clip
     try:

@@ -73,7 +73,7 @@ class CurrentMap:
         self.safety = SafetyBehaviours(config)
         self.progress = ProgressGuard()
         self.places = HomePlaces(config.docking)
-        self.gyro_settling = GyroSettling(config.objectnav.settling)
+        self.gyro_settling = GyroSettling(config.objectnav.gyro_settling)
         self.look_around = LookAround(config.objectnav.look_around_rate)
         self.second_try = SecondTry()
         self.step_motion = StepMotion(config.navigator.follower)

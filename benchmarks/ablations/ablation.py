@@ -32,7 +32,7 @@ class Ablation:
             frontiers: What the camera has looked at.
         """
         if not self.commitment:
-            search = config.objectnav.search.model_copy(update={"commitment": 0.0})
+            search = config.objectnav.search.model_copy(update={"aim_change_margin": 0.0})
             objectnav = config.objectnav.model_copy(update={"search": search})
             config = config.model_copy(update={"objectnav": objectnav})
         return BeliefSearch(config, frontiers, self.parts)

@@ -182,7 +182,12 @@ class _OfScales:
     def of_map(cls, bundle: MapBundle, scales: tuple[int, ...], config: Config) -> _OfScales:
         mapper = config.perception.clip_mapper
         elements = elements_of_scales(bundle, scales, mapper)
-        return cls(scales, elements, rows_of_scales(bundle, scales, mapper), config.objectnav.found)
+        return cls(
+            scales,
+            elements,
+            rows_of_scales(bundle, scales, mapper),
+            config.objectnav.answer_probability,
+        )
 
 
 def _ask(

@@ -196,7 +196,7 @@ def _replayed(job: _Job, fault: str) -> Iterable[ReplayFrame]:
 def _track(frames: Iterable[ReplayFrame], config: Config) -> _TrackedReplay:
     settings, mount = config.perception, config.mount.T_base_cam
     mapper = DepthMapper(settings.depth_mapper)
-    around = LocalMap(mapper.grid, settings.depth_mapper, settings.surroundings)
+    around = LocalMap(mapper.grid, settings.depth_mapper, settings.local_map)
     slam: Slam | None = None
     estimates, truth, times = [], [], []
     fault_end: int | None = None

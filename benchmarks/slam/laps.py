@@ -42,7 +42,7 @@ _DEPTH_SCALE = 1000
 _ARRIVED = 0.1
 _PATIENCE = 120.0
 """Longest time of the path to one room [s]."""
-_FREE_CELLS = CostmapConfig(robot_radius=0.1, margin=0.02, slack=0.09)
+_FREE_CELLS = CostmapConfig(robot_radius=0.1, margin=0.02, map_tolerance=0.09)
 """Cells of the true map are free for the robot's centre, so that little distance is needed."""
 
 

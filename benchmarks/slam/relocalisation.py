@@ -104,7 +104,7 @@ def random_starts(
             rng = np.random.default_rng((home, 5, number))
             x, y = places[rng.integers(len(places))].tolist()
             world.place(x, y, float(rng.uniform(-np.pi, np.pi)))
-            around = LocalMap(lambda: grid, settings.depth_mapper, settings.surroundings)
+            around = LocalMap(lambda: grid, settings.depth_mapper, settings.local_map)
             slam = Slam(world.reported_intrinsics, mount, settings.slam, around)
             slam.start_in_map(keyframes, views)
             rate = config.objectnav.recognising_rate

@@ -11,7 +11,7 @@ from typing import Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import BASIC, SETTINGS
 
 
 class Preset(StrEnum):
@@ -35,11 +35,11 @@ class SpatialFilterConfig(BaseModel):
     model_config = SETTINGS
 
     alpha: float = Field(0.5, ge=0.25, le=1.0)
-    """Weight of a pixel against its neighbours [1]; 1 smooths nothing."""
+    """A pixel has this weight against its neighbours; 1 smooths nothing [1]."""
     delta: int = Field(20, ge=1, le=50)
-    """Least step that counts as an edge [1/32 px of disparity]."""
+    """A step of at least this counts as an edge [1/32 px of disparity]."""
     passes: int = Field(2, ge=1, le=5)
-    """Number of passes over the image [1]."""
+    """The filter passes over the image this number of times [1]."""
 
 
 class TemporalFilterConfig(BaseModel):
@@ -48,12 +48,12 @@ class TemporalFilterConfig(BaseModel):
     model_config = SETTINGS
 
     alpha: float = Field(0.4, ge=0.0, le=1.0)
-    """Weight of the newest image [1]; 1 smooths nothing."""
+    """The newest image has this weight; 1 smooths nothing [1]."""
     delta: int = Field(20, ge=1, le=100)
-    """Least step that counts as a change of the scene [1/32 px of disparity]."""
+    """A step of at least this counts as a change of the scene [1/32 px of disparity]."""
     persistence: int = Field(0, ge=0, le=8)
-    """The SDK's rule for filling holes from former images [1]; 0 fills none, since former images do
-    not match once the robot has moved."""
+    """Holes are filled from former images by this rule of the SDK; 0 fills none, since former
+    images do not match once the robot has moved [1]."""
 
 
 class DepthFilterConfig(BaseModel):
@@ -66,13 +66,13 @@ class DepthFilterConfig(BaseModel):
     model_config = SETTINGS
 
     nearest: float | None = Field(default=None, ge=0.05, le=20.0)
-    """Depth below which a pixel counts as not measured; None has no limit [m]."""
+    """A pixel with less depth than this counts as not measured; None has no limit [m]."""
     farthest: float | None = Field(default=None, ge=0.1, le=65.0)
-    """Depth above which a pixel counts as not measured; None has no limit [m]."""
+    """A pixel with more depth than this counts as not measured; None has no limit [m]."""
     spatial: SpatialFilterConfig | None = None
-    """Smoothing of each image; None does not smooth."""
+    """Each image is smoothed by these settings; None does not smooth."""
     temporal: TemporalFilterConfig | None = None
-    """Smoothing over time; None does not smooth."""
+    """Images are smoothed over time by these settings; None does not smooth."""
 
     @model_validator(mode="after")
     def _nearest_is_nearer(self) -> Self:
@@ -86,32 +86,32 @@ class RealSenseConfig(BaseModel):
 
     model_config = SETTINGS
 
-    serial: str | None = None
-    """Serial number printed on the camera; None takes the first camera found."""
-    width: int = Field(default=640, ge=160, le=1920)
-    """Width of the colour and the depth image [px]."""
-    height: int = Field(default=480, ge=90, le=1080)
-    """Height of the colour and the depth image [px]."""
-    fps: int = Field(default=30, ge=1, le=300)
-    """Images per second [1/s]; the nearest lower rate where the camera lacks this one, as on USB
-    2."""
-    preset: Preset | None = Preset.MEDIUM_DENSITY
-    """Depth preset; None leaves the camera as it is. A map needs walls without holes to know where
-    the home ends, and no phantoms in doorways."""
-    exposure_limit: float | None = Field(default=0.010, ge=1e-5, le=0.2)
-    """Longest exposure that the camera may choose for depth; None has no limit [s]. At 1 rad/s, 10
-    ms are 6 px of blur. Colour has no such setting; its exposure is limited to its frame period."""
-    emitter: bool = True
-    """Whether to project the dots that give walls a texture; its power is left as it is."""
+    serial: str | None = Field(default=None, json_schema_extra=BASIC)
+    """The camera has this serial number printed on it; None takes the first one found."""
+    width: int = Field(default=640, ge=160, le=1920, json_schema_extra=BASIC)
+    """The colour and the depth image are this wide [px]."""
+    height: int = Field(default=480, ge=90, le=1080, json_schema_extra=BASIC)
+    """The colour and the depth image are this high [px]."""
+    fps: int = Field(default=30, ge=1, le=300, json_schema_extra=BASIC)
+    """The camera takes this number of images a second, or the nearest lower one where it lacks this
+    rate, as on USB 2 [1/s]."""
+    preset: Preset | None = Field(default=Preset.MEDIUM_DENSITY, json_schema_extra=BASIC)
+    """The camera measures depth by this preset; None leaves the camera as it is. A map needs walls
+    without holes to know where the home ends, and no phantoms in doorways."""
+    exposure_limit: float | None = Field(default=0.010, ge=1e-5, le=0.2, json_schema_extra=BASIC)
+    """The camera may choose an exposure up to this for depth; None has no limit [s]. At 1 rad/s, 10
+    ms are 6 px of blur. The exposure of colour is limited to its frame period alone."""
+    emitter: bool = Field(default=True, json_schema_extra=BASIC)
+    """This says whether to project the dots that give walls a texture, at the power set before."""
     filters: DepthFilterConfig = DepthFilterConfig()
-    """Filters of depth, live and recorded."""
-    imu: bool = True
-    """Whether to read gyroscope and accelerometer where the camera has them."""
+    """These filters change depth, live and recorded."""
+    imu: bool = Field(default=True, json_schema_extra=BASIC)
+    """This says whether to read gyroscope and accelerometer where the camera has them."""
     gyro_rate: int = Field(default=200, ge=1, le=1000)
-    """Gyroscope samples per second [1/s]; the nearest rate of the camera is taken."""
+    """The gyroscope takes this number of samples a second, or the nearest it can [1/s]."""
     accel_rate: int = Field(default=100, ge=1, le=1000)
-    """Accelerometer samples per second [1/s]; the nearest rate of the camera is taken."""
+    """The accelerometer takes this number of samples a second, or the nearest it can [1/s]."""
     first_frame_timeout: float = Field(default=5.0, ge=0.1, le=120.0)
-    """Time for streams to bring their first frame, since a camera takes a while to start [s]."""
-    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0)
-    """Time for a camera without frames to return [s]."""
+    """Streams have this time to bring a first frame, since a camera takes time to start [s]."""
+    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0, json_schema_extra=BASIC)
+    """A camera without frames has this time to return [s]."""

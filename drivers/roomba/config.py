@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel, Field
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import BASIC, SETTINGS
 
 
 class RoombaConfig(BaseModel):
@@ -12,39 +12,39 @@ class RoombaConfig(BaseModel):
 
     model_config = SETTINGS
 
-    wheel_base: float = Field(default=0.235, ge=0.15, le=0.35)
-    """Distance between the wheels [m]; the manual's value until calibrated."""
-    wheel_scale: float = Field(default=1.0, ge=0.8, le=1.25)
-    """Metres rolled for each metre that the encoders count [1]; 1 until calibrated."""
-    max_wheel_speed: float = Field(default=0.5, ge=0.05, le=0.5)
-    """Largest commanded speed of a wheel at its rim; the base accepts 0.5 at most [m/s]."""
-    max_turn_rate: float = Field(default=2.0, ge=0.1, le=4.3)
-    """Largest commanded turn rate; the base cannot turn faster than 4.3, with its wheels at 0.5 m/s
-    either way [rad/s]."""
-    acceleration: float = Field(default=0.8, ge=0.05, le=100.0)
-    """Largest acceleration of a wheel at its rim [m/s^2]."""
-    deceleration: float = Field(default=4.0, ge=0.2, le=100.0)
-    """Largest deceleration of a wheel rim; commanded stops and reflexes are at once [m/s^2]."""
-    command_timeout: float = Field(default=0.3, ge=0.05, le=0.5)
-    """Time without a drive() after which the wheels stop; 0.5 at most, because a robot whose
+    wheel_base: float = Field(default=0.235, ge=0.15, le=0.35, json_schema_extra=BASIC)
+    """The wheels are this far apart; it is the manual's value until calibrated [m]."""
+    wheel_scale: float = Field(default=1.0, ge=0.8, le=1.25, json_schema_extra=BASIC)
+    """The robot rolls this far for each metre that encoders count; 1 until calibrated [1]."""
+    max_wheel_speed: float = Field(default=0.5, ge=0.05, le=0.5, json_schema_extra=BASIC)
+    """A wheel is commanded at most this speed at its rim; the base accepts 0.5 at most [m/s]."""
+    max_turn_rate: float = Field(default=2.0, ge=0.1, le=4.3, json_schema_extra=BASIC)
+    """The base is commanded at most this turn rate; it cannot turn faster than 4.3, with its wheels
+    at 0.5 m/s either way [rad/s]."""
+    acceleration: float = Field(default=0.8, ge=0.05, le=100.0, json_schema_extra=BASIC)
+    """A wheel speeds up by at most this at its rim [m/s^2]."""
+    deceleration: float = Field(default=4.0, ge=0.2, le=100.0, json_schema_extra=BASIC)
+    """A wheel rim slows down by at most this; commanded stops and reflexes are at once [m/s^2]."""
+    command_timeout: float = Field(default=0.3, ge=0.05, le=0.5, json_schema_extra=BASIC)
+    """The wheels stop after this time without a drive(); it is 0.5 at most, because a robot whose
     program hangs rolls on for 0.25 m in that time [s]."""
-    silence_timeout: float = Field(default=0.18, ge=0.05, le=0.5)
-    """Time without a valid frame after which the base counts as silent and a stop is sent; 0.5 at
-    most, because the robot drives without bumper and cliff sensors meanwhile [s]."""
+    silence_timeout: float = Field(default=0.18, ge=0.05, le=0.5, json_schema_extra=BASIC)
+    """The base counts as silent and a stop is sent after this time without a valid frame; it is 0.5
+    at most, because the robot drives without bumper and cliff sensors meanwhile [s]."""
     echo_delay: float = Field(0.1, ge=0.03, le=0.5)
-    """Largest delay of the speeds that the base reports as commanded, else it is stopped; 0.5 at
-    most, because a base that took a corrupt command drives at other speeds meanwhile [s]."""
+    """The base is stopped where it does not report the commanded speeds within this time; it is 0.5
+    at most, because a base that took a corrupt command drives at other speeds meanwhile [s]."""
     echo_tolerance: float = Field(0.0, ge=0, le=0.05)
-    """Largest difference of the speeds that the base reports as commanded, else it is stopped; 0.01
+    """The base is stopped where it reports commanded speeds that differ by more than this; 0.01
     suits firmware that rounds, and beyond 0.05 corrupt commands pass for rounded ones [m/s]."""
     start_timeout: float = Field(default=3.0, ge=0.1, le=60.0)
-    """Time for the base to reach Safe mode when opened [s]."""
-    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0)
-    """Time for the base to return after its cable was pulled out [s]."""
+    """The base has this time to reach Safe mode when opened [s]."""
+    reconnect_timeout: float = Field(default=60.0, ge=0.0, le=86400.0, json_schema_extra=BASIC)
+    """The base has this time to return after its cable was pulled out [s]."""
     mode_offset: int | None = Field(None, ge=0, le=1)
-    """Offset of the reported mode, 1 for some firmware of the 600 series [1]; None detects it."""
-    full_mode: bool = False
-    """Drive in Full mode, in which the base does not stop by itself at cliffs or wheel drops."""
-    resume_safe: bool = False
-    """Return to Safe mode without a request after a cliff, a wheel drop, or a silence in which
-    somebody may have moved the base, once no wheel hangs."""
+    """The reported mode has this offset, 1 for some of the 600 series; None detects it [1]."""
+    full_mode: bool = Field(default=False, json_schema_extra=BASIC)
+    """This selects Full mode, in which the base does not stop itself at cliffs or wheel drops."""
+    resume_safe: bool = Field(default=False, json_schema_extra=BASIC)
+    """This says whether to return to Safe mode without a request after a cliff, a wheel drop, or a
+    silence in which somebody may have moved the base, once no wheel hangs."""

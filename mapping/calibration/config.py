@@ -17,19 +17,19 @@ class ResidualsConfig(BaseModel):
     model_config = SETTINGS
 
     axle: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Apparent motion of the middle of the axle in the turn (RMS) [m]."""
+    """In the turn the middle of the axle seemed to move by this (RMS) [m]."""
     floor: float = Field(default=0.0, ge=0.0, le=1.6)
-    """Angle between the floor's normal and the axis of the turn [rad]."""
+    """The floor's normal and the axis of the turn differed by this angle [rad]."""
     height: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Spread of the camera's height [m]."""
+    """The camera's height spread by this [m]."""
     wheel_base: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Half the difference between the turns to the left and to the right, as a fraction [1]."""
+    """The turns to the left and to the right differed by twice this, as a fraction [1]."""
     wheel_scale: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Half the difference between the distances ahead and back, as a fraction [1]."""
+    """The distances ahead and back differed by twice this, as a fraction [1]."""
     yaw: float = Field(default=0.0, ge=0.0, le=1.6)
-    """Half the angle between the headings ahead and back [rad]."""
+    """The headings ahead and back differed by twice this angle [rad]."""
     gyro_bias: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Standard error of the mean of the rates at rest [rad/s]."""
+    """The mean of the rates at rest has this standard error [rad/s]."""
 
 
 class CalibrationConfig(BaseModel):
@@ -38,8 +38,8 @@ class CalibrationConfig(BaseModel):
     model_config = SETTINGS
 
     date: str = ""
-    """Date of the calibration; empty before `vizbot calibrate`, which sets it."""
+    """The robot was calibrated on this date; it is empty until `vizbot calibrate` sets it."""
     gyro_bias: tuple[_Rate, _Rate, _Rate] | None = None
-    """Rates of the gyroscope at rest, in `cam`, for information: each run learns them anew
+    """The gyroscope had these rates at rest, in `cam`, for information: each run learns them anew
     [rad/s]."""
     residuals: ResidualsConfig = ResidualsConfig()

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import BASIC, SETTINGS
 
 
 class ClipMapperConfig(BaseModel):
@@ -14,15 +14,15 @@ class ClipMapperConfig(BaseModel):
 
     model_config = SETTINGS
 
-    patch_size: int = Field(default=224, ge=8, le=4096)
-    """Edge of a patch at scale 0 (the paper's S), whatever the encoder's own input size [px]."""
+    patch_size: int = Field(default=224, ge=8, le=4096, json_schema_extra=BASIC)
+    """A patch at scale 0 (the paper's S) is this wide, whatever the encoder's input size [px]."""
     scales: tuple[Annotated[int, Field(ge=-12, le=12)], ...] = Field(
-        default=(1, 0, -1), min_length=1
+        default=(1, 0, -1), min_length=1, json_schema_extra=BASIC
     )
-    """Exponents i of the scales [1]; patches of scale i are 2^i `patch_size` pixels wide."""
-    least_depth: float = Field(default=0.1, ge=0.001, le=1.0)
-    """Least share of a patch's pixels that have depth [1]; a patch with less has no point and is
-    dropped."""
+    """Patches are 2^i `patch_size` pixels wide at scale i, and these are the scales [1]."""
+    min_depth_share: float = Field(default=0.1, ge=0.001, le=1.0)
+    """At least this share of a patch's pixels must have depth; a patch with less has no point and
+    is dropped [1]."""
 
     @model_validator(mode="after")
     def _whole_pixels(self) -> Self:

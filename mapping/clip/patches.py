@@ -151,7 +151,7 @@ def embed_frame(
     """
     boxes = patch_boxes(frame.intrinsics.width, frame.intrinsics.height, config)
     points, depth_part = patch_points(frame.depth, frame.intrinsics, boxes, spreads)
-    kept = depth_part >= config.least_depth
+    kept = depth_part >= config.min_depth_share
     boxes = boxes[kept]
     embeddings = encoder.embed_images([frame.rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in boxes])
     return FrameElements(points[kept], embeddings, boxes)

@@ -12,26 +12,26 @@ class KeyframeConfig(BaseModel):
 
     model_config = SETTINGS
     distance: float = Field(default=0.25, ge=0.01, le=5.0)
-    """Distance from the last keyframe at which a frame becomes the next one [m]."""
+    """A frame this far from the last keyframe becomes the next one [m]."""
     angle: float = Field(default=0.25, ge=0.01, le=3.2)
-    """Turn from the last keyframe at which a frame becomes the next one [rad]."""
+    """A frame that is turned by this from the last keyframe becomes the next one [rad]."""
     inliers: int = Field(default=60, ge=1, le=10000)
-    """A frame with fewer agreeing matches becomes a keyframe, if it also falls below `inlier_share`
-    [1]."""
+    """A frame with fewer agreeing matches than this becomes a keyframe, if it also falls below
+    `inlier_share` [1]."""
     inlier_share: float = Field(default=0.3, ge=0.0, le=1.0)
-    """Share of the keyframe's corners that must agree where fewer than `inliers` do [1]; it spares
-    bare rooms new keyframes."""
+    """A frame with fewer than `inliers` agreeing matches becomes a keyframe where these are less
+    than this share of the keyframe's corners, which spares bare rooms new keyframes [1]."""
     blank_distance: float = Field(default=0.5, ge=0.01, le=10.0)
-    """In the dark, distance from the last keyframe and from all blank ones at which a frame becomes
-    the next one [m]."""
+    """In the dark, a frame this far from the last keyframe and from all blank ones becomes the next
+    one [m]."""
     links: int = Field(default=5, ge=1, le=100)
-    """Number of preceding keyframes that a new keyframe is measured against [1]."""
+    """A new keyframe is measured against this number of preceding ones [1]."""
     closure_distance: float = Field(default=1.5, ge=0.0, le=50.0)
-    """Distance beyond which two cameras are taken to see no common place [m]."""
+    """Two cameras farther apart than this are taken to see no common place [m]."""
     closure_angle: float = Field(default=0.7, ge=0.0, le=3.2)
-    """Angle beyond which two cameras are taken to see no common place [rad]."""
+    """Two cameras turned by more than this are taken to see no common place [rad]."""
     closures: int = Field(default=4, ge=0, le=100)
-    """Number of loop closures tried per keyframe [1]."""
+    """This number of loop closures is tried for each keyframe [1]."""
 
 
 class PlaceIndexConfig(BaseModel):
@@ -40,10 +40,10 @@ class PlaceIndexConfig(BaseModel):
     model_config = SETTINGS
 
     tables: int = Field(default=8, ge=1, le=64)
-    """Number of hash tables [1]. Two descriptors with a tenth of their bits flipped share a word in
-    four of five cases with 8 tables of 16 bits."""
+    """The index has this number of hash tables; two descriptors with a tenth of their bits flipped
+    share a word in four of five cases with 8 tables of 16 bits [1]."""
     bits: int = Field(default=16, ge=1, le=20)
-    """Number of bits of a word [1]."""
+    """A word of the index has this number of bits [1]."""
 
 
 class PoseGraphConfig(BaseModel):
@@ -51,24 +51,24 @@ class PoseGraphConfig(BaseModel):
 
     model_config = SETTINGS
     image_rotation_sigma: float = Field(default=0.003, ge=1e-5, le=1.0)
-    """Least standard deviation of a rotation between keyframes by images [rad]."""
+    """A rotation between keyframes by images has at least this standard deviation [rad]."""
     image_translation_sigma: float = Field(default=0.008, ge=1e-5, le=1.0)
-    """Least standard deviation of a translation between keyframes by images [m]."""
+    """A translation between keyframes by images has at least this standard deviation [m]."""
     image_kernel: float = Field(default=2.0, ge=0.1, le=100.0)
-    """Whitened error at which a motion by images starts to lose weight (Cauchy) [1]."""
+    """A motion by images starts to lose weight (Cauchy) at this whitened error [1]."""
     closure_limit: float = Field(default=12.0, ge=1.0, le=1000.0)
-    """Whitened error at which a closed loop is taken for a mistake and removed [1]."""
+    """A closed loop is taken for a mistake and removed at this whitened error [1]."""
     wheel_rotation_sigma: float = Field(default=0.01, ge=1e-5, le=1.0)
-    """Standard deviation of a turn by wheels, however short [rad]."""
+    """A turn by wheels, however short, has this standard deviation [rad]."""
     wheel_translation_sigma: float = Field(default=0.01, ge=1e-5, le=1.0)
-    """Standard deviation of a distance by wheels, however short [m]."""
+    """A distance by wheels, however short, has this standard deviation [m]."""
     wheel_slip: float = Field(default=0.1, ge=0.0, le=2.0)
-    """Standard deviation of wheels as a fraction of distance and of angle [1]."""
+    """The standard deviation of wheels grows by this fraction of distance and of angle [1]."""
     wheel_kernel: float = Field(default=1.5, ge=0.1, le=100.0)
-    """Whitened error at which wheels, which may spin, start to lose weight (Cauchy) [1]."""
+    """Wheels, which may spin, start to lose weight (Cauchy) at this whitened error [1]."""
     gyro_kernel: float = Field(default=3.0, ge=0.1, le=100.0)
-    """Whitened error at which the gyroscope starts to lose weight (Cauchy) [1]."""
+    """The gyroscope starts to lose weight (Cauchy) at this whitened error [1]."""
     floor_tilt_sigma: float = Field(default=0.01, ge=1e-5, le=1.0)
-    """Standard deviation of roll and pitch of the base: how level the floor is [rad]."""
+    """Roll and pitch of the base have this standard deviation, as the floor is level [rad]."""
     floor_height_sigma: float = Field(default=0.02, ge=1e-5, le=1.0)
-    """Standard deviation of the height of the base: how flat the floor is [m]."""
+    """The height of the base has this standard deviation, which is how flat the floor is [m]."""

@@ -35,8 +35,8 @@ class DeadReckoning:
         self._stands = False
         self._gyro = TurnCalibration(config.gyro)
         self._wheels = TurnCalibration(config.wheels)
-        self._faults = GyroFaults(config.watch)
-        self._vote = GyroVote(config.vote)
+        self._faults = GyroFaults(config.gyro_faults)
+        self._vote = GyroVote(config.gyro_vote)
         self._T_odom_base = np.eye(4)
         self._now: DeadReckonedPose | None = None
         self._trusted: DeadReckonedPose | None = None

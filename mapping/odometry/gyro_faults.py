@@ -49,21 +49,21 @@ class GyroFaults:
         self._left += max(wheels, 0.0)
         self._right += max(-wheels, 0.0)
         self._stood &= stands
-        if self._period < config.span:
+        if self._period < config.averaging_time:
             return False
         rate = self._difference / self._period
         slip = float(np.clip(self._difference, -self._left, self._right)) / self._period
         gate = config.gate + config.gate_growth * (self._left + self._right) / self._period
         if self._stood:
             gate = config.standing_gate
-        carried = self._stood and abs(rate) > config.carried
+        carried = self._stood and abs(rate) > config.carried_rate
         uneven = abs(rate - float(np.mean(self._rates or [rate])))
         self._begin()
         if abs(rate - slip) > gate and not carried:
             self._rates = [rate] if uneven > gate else [*self._rates, rate]
         elif carried or uneven > min(gate, abs(rate)):
             self.reset()
-        return len(self._rates) >= config.spans
+        return len(self._rates) >= config.averages
 
 
 class GyroVote:
@@ -92,10 +92,10 @@ class GyroVote:
         self._variance += variance
         self._gyro_off += gyro_off
         self._wheels_off += wheels_off
-        if self._period < config.span:
+        if self._period < config.turning_time:
             return False
         difference = abs(self._gyro_off)
         limit = max(config.gate * self._period, config.sigmas * float(np.sqrt(self._variance)))
-        wheels_agree = abs(self._wheels_off) < config.share * difference
+        wheels_agree = abs(self._wheels_off) < config.max_wheel_share * difference
         self.reset()
         return difference > limit and wheels_agree

@@ -109,8 +109,8 @@ def _refined(
     if eigenvalues[0] < 1e-12 * eigenvalues[-1]:
         return None  # some motion leaves all matches as they are
     inverse = np.linalg.inv(hessian)
-    scatter = scatter + config.least_error**2 * hessian
-    covariance = config.unmodelled * inverse @ scatter @ inverse
+    scatter = scatter + config.min_error**2 * hessian
+    covariance = config.covariance_factor * inverse @ scatter @ inverse
     return RelativePose(T, covariance, inliers, inliers / usable)
 
 

@@ -12,11 +12,11 @@ class DepthConsistencyConfig(BaseModel):
 
     model_config = SETTINGS
 
-    corners: int = Field(default=20, ge=1, le=10000)
-    """Least number of corners above the floor that must agree, to decide for or against a pose
+    min_corners: int = Field(default=20, ge=1, le=10000)
+    """At least so many corners above the floor must agree, or differ, to decide about a pose
     [1]."""
-    share: float = Field(default=0.5, ge=0.01, le=1.0)
-    """Least share of the corners above the floor that must agree, likewise [1]."""
+    min_share: float = Field(default=0.5, ge=0.01, le=1.0)
+    """At least this share of the corners above the floor must agree, or differ, to decide [1]."""
 
 
 class KidnappingConfig(BaseModel):
@@ -24,17 +24,18 @@ class KidnappingConfig(BaseModel):
 
     model_config = SETTINGS
 
-    corners: int = Field(default=80, ge=1, le=10000)
-    """Number of corners from which an image shows plenty [1]."""
-    broken: int = Field(default=250, ge=1, le=10000)
-    """Number of corners of one frame that should be in view in the next for a break [1]: none is,
-    and depth differs there."""
-    patience: int = Field(default=2, ge=1, le=1000)
-    """Number of frames in a row that show plenty, but not what they should, until the robot is lost
-    [1]; somebody who walks by is in view for fewer."""
-    patience_in_place: int = Field(default=8, ge=1, le=1000)
-    """Number of such frames until the robot is lost where depth confirms the pose, or did at the
-    break [1]: blur and plain walls match nothing."""
+    plenty_corners: int = Field(default=80, ge=1, le=10000)
+    """An image shows plenty from this number of corners on [1]."""
+    break_corners: int = Field(default=250, ge=1, le=10000)
+    """A break in tracking is where this number of corners of one frame should be in view in the
+    next, none is, and depth differs there [1]."""
+    lost_frames: int = Field(default=2, ge=1, le=1000)
+    """The robot is lost after this number of frames in a row that show plenty, but not what they
+    should; somebody who walks by is in view for fewer [1]."""
+    lost_frames_in_place: int = Field(default=8, ge=1, le=1000)
+    """The robot is lost after this number of frames that show plenty, but not what they should,
+    where depth confirms the pose or did at the break, since blur and plain walls match nothing
+    [1]."""
 
 
 class ScanMatchConfig(BaseModel):
@@ -43,22 +44,21 @@ class ScanMatchConfig(BaseModel):
     model_config = SETTINGS
 
     cell: float = Field(default=0.1, ge=0.01, le=1.0)
-    """Spacing of the lattice of poses [m]."""
+    """Poses that are tried lie on a lattice of this spacing [m]."""
     angle: float = Field(default=0.05, ge=0.005, le=1.6)
-    """Angular spacing of the lattice [rad]; the best pose is then refined to the map's cells."""
+    """Poses that are tried differ by this angle; the best is then refined to the cells [rad]."""
     sigma: float = Field(default=0.1, ge=0.01, le=2.0)
-    """Standard deviation of obstacles from those of the map at the right pose [m]."""
-    in_free: float = Field(default=0.3, ge=0.0, le=10.0)
-    """Penalty of an obstacle in free space, as a fraction of the reward of one on an obstacle
-    [1]."""
-    on_obstacle: float = Field(default=0.4, ge=0.0, le=10.0)
-    """Penalty of a free cell on an obstacle of the map, as a fraction of the same reward [1]."""
-    apart: float = Field(default=0.6, ge=0.01, le=20.0)
-    """Distance from which two poses count as different [m]."""
-    turned: float = Field(default=0.45, ge=0.01, le=3.2)
-    """Angle from which two poses count as different [rad]."""
-    least: int = Field(default=20, ge=1, le=100000)
-    """Least number of obstacle cells on known cells of the map, to judge a pose [1]."""
+    """At the right pose obstacles deviate from the map's by this (standard deviation) [m]."""
+    free_space_penalty: float = Field(default=0.3, ge=0.0, le=10.0)
+    """An obstacle in free space costs this share of an obstacle's reward on one [1]."""
+    missed_obstacle_penalty: float = Field(default=0.4, ge=0.0, le=10.0)
+    """A free cell on an obstacle of the map costs this share of an obstacle's reward on one [1]."""
+    different_distance: float = Field(default=0.6, ge=0.01, le=20.0)
+    """Two poses count as different from this distance on [m]."""
+    different_angle: float = Field(default=0.45, ge=0.01, le=3.2)
+    """Two poses count as different from this angle on [rad]."""
+    min_cells: int = Field(default=20, ge=1, le=100000)
+    """A pose is judged where at least so many obstacle cells lie on known cells of the map [1]."""
 
 
 class LocalMapConfig(BaseModel):
@@ -67,29 +67,29 @@ class LocalMapConfig(BaseModel):
     model_config = SETTINGS
 
     match: ScanMatchConfig = ScanMatchConfig()
-    """How obstacles are compared."""
-    reach: float = Field(default=2.0, ge=0.1, le=100.0)
-    """Distance after which the local map starts anew, since dead reckoning drifts [m]."""
-    turn: float = Field(default=1.0, ge=0.05, le=6.3)
-    """Turn after which obstacles are compared with the whole map again [rad]."""
+    """These settings say how obstacles are compared."""
+    max_distance: float = Field(default=2.0, ge=0.1, le=100.0)
+    """The local map starts anew after this distance, since dead reckoning drifts [m]."""
+    comparison_angle: float = Field(default=1.0, ge=0.05, le=6.3)
+    """Obstacles are compared with the whole map again after a turn by this angle [rad]."""
     agreement: float = Field(default=0.7, ge=0.01, le=1.0)
-    """Least agreement of a pose [1]."""
-    rival: float = Field(default=0.75, ge=0.01, le=1.0)
-    """Most agreement of any other pose, as a share of the best one's, unless images confirm it
-    [1]."""
+    """A pose by obstacles has at least this agreement with the map [1]."""
+    max_rival: float = Field(default=0.75, ge=0.01, le=1.0)
+    """The agreement of any other pose is at most this share of the best one's, unless images
+    confirm that [1]."""
     repeats: int = Field(default=3, ge=1, le=1000)
-    """Number of times in a row that a pose must be the best for `repeated_rival` to hold [1]."""
-    repeated_rival: float = Field(default=0.85, ge=0.01, le=1.0)
-    """As `rival`, for a pose that was the best `repeats` times [1]: along a wall a step aside fits
-    nearly as well."""
-    same: float = Field(default=0.3, ge=0.01, le=10.0)
-    """Distance within which two poses count as the same [m, rad]."""
-    contradiction: float = Field(default=0.6, ge=0.01, le=1.0)
-    """Agreement below which a pose by images is rejected [1]."""
+    """A pose must be the best so many times in a row for `max_repeated_rival` to hold [1]."""
+    max_repeated_rival: float = Field(default=0.85, ge=0.01, le=1.0)
+    """The agreement of any other pose is at most this share of that of one which was the best
+    `repeats` times, since along a wall a step aside fits nearly as well [1]."""
+    same_pose_distance: float = Field(default=0.3, ge=0.01, le=10.0)
+    """Two poses count as the same within this distance [m, rad]."""
+    min_image_agreement: float = Field(default=0.6, ge=0.01, le=1.0)
+    """A pose by images is rejected where its agreement with the obstacles is below this [1]."""
     translation_sigma: float = Field(default=0.05, ge=0.001, le=2.0)
-    """Standard deviation of the position of a pose by obstacles [m]."""
+    """The position of a pose by obstacles has this standard deviation [m]."""
     rotation_sigma: float = Field(default=0.03, ge=0.001, le=1.6)
-    """Standard deviation of the angle of a pose by obstacles [rad]."""
+    """The angle of a pose by obstacles has this standard deviation [rad]."""
 
 
 class RelocalisationConfig(BaseModel):
@@ -98,27 +98,27 @@ class RelocalisationConfig(BaseModel):
     model_config = SETTINGS
 
     candidates: int = Field(default=5, ge=1, le=1000)
-    """Number of keyframes that look most like a frame and are compared with it [1]."""
+    """A frame is compared with this number of keyframes, those that look most like it [1]."""
     inliers: int = Field(default=40, ge=1, le=10000)
-    """Least number of matches that agree on a pose [1]."""
+    """At least this number of matches must agree on the pose of a lost robot [1]."""
     inlier_fraction: float = Field(default=0.5, ge=0.01, le=1.0)
-    """Least share of all matches that agree on a pose [1]."""
-    shown: float = Field(default=0.1, ge=0.001, le=1.0)
-    """Least share of matches that agree among the corners that both images should show [1]."""
-    above_floor: float = Field(default=0.03, ge=0.001, le=1.0)
-    """Radius of the search for the same pose by corners above the floor alone, as a fraction of the
-    image's width [1]; it must succeed, since boards and tiles repeat."""
-    alone: int = Field(default=120, ge=1, le=100000)
-    """Number of agreeing matches from which a single frame is believed, unless it looks like
-    another place as well or an earlier frame led elsewhere [1]. With fewer, more earlier frames
-    must have led to the same place than elsewhere."""
+    """At least this share of all matches must agree on the pose of a lost robot [1]."""
+    min_shown_share: float = Field(default=0.1, ge=0.001, le=1.0)
+    """Matches that agree are at least this share of the corners that both images show [1]."""
+    above_floor_radius: float = Field(default=0.03, ge=0.001, le=1.0)
+    """The pose must also be found by corners above the floor alone, within this radius as a
+    fraction of the image's width, since boards and tiles repeat [1]."""
+    single_frame_inliers: int = Field(default=120, ge=1, le=100000)
+    """A single frame is believed from this number of agreeing matches on, unless it looks like
+    another place as well or an earlier frame led elsewhere; with fewer, more earlier frames must
+    have led to the same place than elsewhere [1]."""
     agreement: float = Field(default=0.15, ge=0.0, le=10.0)
-    """Distance within which an earlier frame leads to the same place [m, rad]."""
-    aside: float = Field(default=0.35, ge=0.0, le=3.2)
-    """Least turn, by dead reckoning, between the frame and one of those earlier frames, so that
-    they show different things: there is more than one window with the same view [rad]."""
-    guesses: int = Field(default=50, ge=1, le=100000)
-    """Number of earlier frames whose places are remembered, the newest ones [1]: a robot may stand
-    lost for hours."""
-    beside: float = Field(default=0.3, ge=0.01, le=10.0)
-    """Distance within which images confirm a pose by obstacles [m, rad]."""
+    """An earlier frame leads to the same place where it does so within this distance [m, rad]."""
+    min_turn: float = Field(default=0.35, ge=0.0, le=3.2)
+    """The frame and one of those that led to the same place must differ by this turn, so that they
+    show different things; there is more than one window with the same view [rad]."""
+    remembered_frames: int = Field(default=50, ge=1, le=100000)
+    """The places of this number of earlier frames are remembered, the newest ones, since a robot
+    may stand lost for hours [1]."""
+    same_place: float = Field(default=0.3, ge=0.01, le=10.0)
+    """Images confirm a pose by obstacles where they find it within this distance [m, rad]."""

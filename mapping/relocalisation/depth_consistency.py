@@ -61,7 +61,7 @@ class DepthConsistency:
         return np.asarray(transform(self._T_base_cam, points)[:, 2] > _FLOOR)
 
     def _are_many(self, count: int, total: int) -> bool:
-        return count >= max(self._config.corners, self._config.share * total)
+        return count >= max(self._config.min_corners, self._config.min_share * total)
 
     def _distances(
         self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]

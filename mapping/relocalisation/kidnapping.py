@@ -69,18 +69,18 @@ class Kidnapping:
         if steady == 0:
             self._broke_off = True
             self._moved |= not self._consistency.confirms(last, motion, depth)
-            rich = corners_in_view(last, motion, self._intrinsics) >= self._config.broken
+            rich = corners_in_view(last, motion, self._intrinsics) >= self._config.break_corners
             self._suspects |= rich and self._consistency.contradicts(last, motion, depth)
         reference = frame.reference
         T_map_cam = keyframes.poses[reference] @ frame.predicted
         recent = keyframes.recent()
         near = [k for k in keyframes.nearby(T_map_cam, but=reference) if k in recent]
-        plenty = len(features) >= self._config.corners
+        plenty = len(features) >= self._config.plenty_corners
         known = next((k for k in [reference, *near] if k in self._confirmed), reference)
         shown = keyframes[known].features
         expected = invert(keyframes.poses[known]) @ T_map_cam
         in_view = corners_in_view(shown, expected, self._intrinsics)
-        if known in self._confirmed and in_view >= self._config.corners:
+        if known in self._confirmed and in_view >= self._config.plenty_corners:
             elsewhere = plenty and not keyframes.matcher.shows(keyframes[known], features)
             self.doubts = elsewhere or self._suspects
             contradicts = elsewhere and self._broke_off
@@ -89,8 +89,8 @@ class Kidnapping:
             self.doubts = self._suspects
             contradicts = plenty and self._suspects
             in_place = True
-        if contradicts and steady >= self._config.corners:
+        if contradicts and steady >= self._config.plenty_corners:
             moved = self._moved and not in_place
-            patience = self._config.patience if moved else self._config.patience_in_place
+            patience = self._config.lost_frames if moved else self._config.lost_frames_in_place
             self._contradictions += Fraction(1, patience)
         return self._contradictions >= 1

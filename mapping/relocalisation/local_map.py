@@ -60,7 +60,7 @@ class LocalMap:
         """Add the obstacles of a frame, with the base at a pose by dead reckoning."""
         if self._T_odom_around is not None:
             T_around_base = invert(self._T_odom_around) @ T_odom_base
-            if np.linalg.norm(T_around_base[:3, 3]) > self._config.reach:
+            if np.linalg.norm(T_around_base[:3, 3]) > self._config.max_distance:
                 self.reset()
         if self._T_odom_around is None:
             self._T_odom_around = T_odom_base
@@ -75,7 +75,7 @@ class LocalMap:
         T_map_around = T_map_cam @ invert(self._T_around_cam)
         match = self._config.match
         agreement = agreement_at(T_map_around, self._mapper.grid(), self._known(), match)
-        return agreement is not None and agreement < self._config.contradiction
+        return agreement is not None and agreement < self._config.min_image_agreement
 
     def candidate_poses(self) -> tuple[list[SE3], bool]:
         """Match the obstacles to the map, if the robot has turned far enough since the last time.
@@ -85,15 +85,19 @@ class LocalMap:
             first is unambiguous.
         """
         config = self._config
-        if self._turned < config.turn:
+        if self._turned < config.comparison_angle:
             return [], False
-        self._turned -= config.turn
+        self._turned -= config.comparison_angle
         found = match_scan(self._mapper.grid(), self._known(), config.match)
         if found is None:
             return [], False
         fits = ((found.T_map_around, found.agreement), (found.T_map_rival, found.rival))
         poses = [T @ self._T_around_cam for T, share in fits if share >= config.agreement]
-        least = config.repeated_rival if self._is_best_again(found, bool(poses)) else config.rival
+        least = (
+            config.max_repeated_rival
+            if self._is_best_again(found, bool(poses))
+            else config.max_rival
+        )
         return poses, bool(poses) and found.rival <= least * found.agreement
 
     def _is_best_again(self, found: ScanMatch, fits: bool) -> bool:
@@ -102,6 +106,6 @@ class LocalMap:
         if before is None or self._best is None:
             self._times = int(fits)
         else:
-            same = pose_difference(before, self._best).max() <= self._config.same
+            same = pose_difference(before, self._best).max() <= self._config.same_pose_distance
             self._times = self._times + 1 if same else 1
         return self._times >= self._config.repeats

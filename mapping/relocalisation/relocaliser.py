@@ -64,14 +64,14 @@ class Relocaliser:
 
         The best comes first.
         """
-        if len(features) < self._config.alone:
+        if len(features) < self._config.single_frame_inliers:
             return
         similar = self._map.most_similar(features, self._config.candidates)
         older = (keyframe for keyframe in similar if keyframe < before)
         found = [
             match
             for match in self._measured(older, features)
-            if match.pose.inliers >= self._config.alone
+            if match.pose.inliers >= self._config.single_frame_inliers
         ]
         for match in sorted(found, key=lambda match: -match.pose.inliers):
             if self._resembles(match, features):
@@ -102,7 +102,7 @@ class Relocaliser:
                 found = keyframes.matcher.between(shown, features, expected, 1.0)
                 if found is None or found.inliers < self._config.inliers:
                     continue
-                if pose_difference(expected, found.T_keyframe_cam).max() <= self._config.beside:
+                if pose_difference(expected, found.T_keyframe_cam).max() <= self._config.same_place:
                     return KeyframeMatch(keyframe, found)
         if not unambiguous:
             return None
@@ -126,19 +126,19 @@ class Relocaliser:
         if around is not None and T_odom_base is not None and around.contradicts(T_map_cam):
             return None
         others = [keyframes.poses[other.keyframe] @ other.pose.T_keyframe_cam for other in sure]
-        rivals = [T for T in others if pose_difference(T, T_map_cam).max() > config.beside]
+        rivals = [T for T in others if pose_difference(T, T_map_cam).max() > config.same_place]
         # Where the earlier hypotheses lead to, and how far the robot has turned since.
         led = [(T_map @ moved, rotation_angle(moved)) for T_map, moved in self._since(T_odom_cam)]
         off = [pose_difference(T, T_map_cam).max() for T, _ in led]
         alike = [turn for (_, turn), far in zip(led, off, strict=True) if far <= config.agreement]
-        elsewhere = sum(far > config.beside for far in off) + len(rivals)
-        if best.pose.inliers >= config.alone and elsewhere == 0:
+        elsewhere = sum(far > config.same_place for far in off) + len(rivals)
+        if best.pose.inliers >= config.single_frame_inliers and elsewhere == 0:
             return best
-        aside = T_odom_cam is None or max(alike, default=0.0) >= config.aside
+        aside = T_odom_cam is None or max(alike, default=0.0) >= config.min_turn
         if aside and len(alike) > elsewhere:
             return best
         newest = [(T, T_odom_cam) for T in (*rivals, T_map_cam)]
-        self._hypotheses = [*self._hypotheses, *newest][-config.guesses :]
+        self._hypotheses = [*self._hypotheses, *newest][-config.remembered_frames :]
         return None
 
     def _since(self, T_odom_cam: SE3 | None) -> list[tuple[SE3, SE3]]:
@@ -161,7 +161,7 @@ class Relocaliser:
             corners_in_view(features, invert(T), self._intrinsics),
         )
         return (
-            found.inliers >= max(config.inliers, config.shown * both)
+            found.inliers >= max(config.inliers, config.min_shown_share * both)
             and found.inlier_fraction >= config.inlier_fraction
         )
 
@@ -172,10 +172,10 @@ class Relocaliser:
             self._consistency.above_floor(keyframe),
             self._consistency.above_floor(features),
             found.T_keyframe_cam,
-            self._config.above_floor,
+            self._config.above_floor_radius,
         )
         return (
             above is not None
             and pose_difference(found.T_keyframe_cam, above.T_keyframe_cam).max()
-            <= self._config.beside
+            <= self._config.same_place
         )

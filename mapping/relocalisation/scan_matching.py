@@ -64,7 +64,7 @@ def match_scan(
     turned = np.abs(np.angle(np.exp(1j * (angles - angles[best[0]]))))
     rows, cols = np.mgrid[: agreements.shape[1], : agreements.shape[2]]
     distance = np.hypot(rows - best[1], cols - best[2]) * coarse.cell
-    same = (turned < config.turned)[:, None, None] & (distance < config.apart)
+    same = (turned < config.different_angle)[:, None, None] & (distance < config.different_distance)
     other = _best(np.where(same, -np.inf, agreements))
     first, second = (
         fine.refined(obstacles, free, planar(*coarse.xy(row, col), float(angles[turn])), config)
@@ -91,7 +91,7 @@ def agreement_at(
     weights = _CellWeights.from_map(known, config)
     of_obstacles = weights.looked_up(obstacles, T_map_around, _OBSTACLE)
     known_cells = int(np.count_nonzero(of_obstacles))
-    if known_cells < config.least:
+    if known_cells < config.min_cells:
         return None
     of_free = weights.looked_up(free, T_map_around, _FREE)
     return float(of_obstacles.sum() + of_free.sum()) / known_cells
@@ -131,7 +131,10 @@ class _CellWeights:
         alien = (near < 0.1) & free
         near[near < 0.1] = 0.0
         image = np.stack(
-            (np.where(alien, -config.in_free, near), np.where(obstacles, -config.on_obstacle, 0.0)),
+            (
+                np.where(alien, -config.free_space_penalty, near),
+                np.where(obstacles, -config.missed_obstacle_penalty, 0.0),
+            ),
             axis=-1,
         )
         return cls(image.astype(np.float32), known.resolution, known.origin)

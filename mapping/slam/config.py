@@ -19,31 +19,31 @@ class SlamConfig(BaseModel):
 
     model_config = SETTINGS
     features: FeatureConfig = FeatureConfig()
-    """Detection and matching of corners."""
+    """These settings say how corners are detected and matched."""
     odometry: OdometryConfig = OdometryConfig()
-    """Poses from matched corners."""
+    """These settings say when matched corners give a pose."""
     keyframes: KeyframeConfig = KeyframeConfig()
-    """Choice of keyframes and of their links."""
+    """These settings say which frames become keyframes, and how they are linked."""
     graph: PoseGraphConfig = PoseGraphConfig()
-    """Noise of images, wheels, gyroscope and floor in the pose graph."""
+    """These settings are the noise of images, wheels, gyroscope and floor in the pose graph."""
     gates: GatingConfig = GatingConfig()
-    """Which motions by images are believed."""
+    """These settings say which motions by images are believed."""
     dead_reckoning: DeadReckoningConfig = DeadReckoningConfig()
-    """Dead reckoning by wheels and gyroscope."""
-    places: PlaceIndexConfig = PlaceIndexConfig()
-    """The index by which places are recognised."""
-    solid: DepthConsistencyConfig = DepthConsistencyConfig()
-    """When depth decides for or against a pose."""
+    """These settings say how wheels and gyroscope are used."""
+    place_index: PlaceIndexConfig = PlaceIndexConfig()
+    """These settings say how places are indexed to be recognised."""
+    depth_consistency: DepthConsistencyConfig = DepthConsistencyConfig()
+    """These settings say when depth decides for or against a pose."""
     kidnapping: KidnappingConfig = KidnappingConfig()
-    """When the robot counts as carried away."""
+    """These settings say when the robot counts as carried away."""
     relocalisation: RelocalisationConfig = RelocalisationConfig()
-    """When a lost robot counts as relocalised."""
-    search: float = Field(default=0.07, ge=0.005, le=1.0)
-    """Radius of the search around a predicted corner, as a fraction of the image's width [1]."""
-    wide_search: float = Field(default=0.5, ge=0.005, le=1.0)
-    """The same radius where the motion was not as predicted [1]."""
-    closure_search: float = Field(default=0.2, ge=0.005, le=1.0)
-    """The same radius where a loop may close, after some drift [1]."""
+    """These settings say when a lost robot counts as relocalised."""
+    search_radius: float = Field(default=0.07, ge=0.005, le=1.0)
+    """A predicted corner is looked for within this share of the image's width [1]."""
+    wide_search_radius: float = Field(default=0.5, ge=0.005, le=1.0)
+    """After an unexpected motion corners are looked for within this share of the width [1]."""
+    closure_search_radius: float = Field(default=0.2, ge=0.005, le=1.0)
+    """Where a loop may close, corners are looked for within this share of the image's width [1]."""
     nearby_tries: int = Field(default=3, ge=0, le=100)
-    """Number of other keyframes that a frame is compared with when the last one does not match
+    """A frame that does not match the last keyframe is compared with this number of other ones
     [1]."""

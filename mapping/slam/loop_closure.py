@@ -58,7 +58,7 @@ class LoopClosure:
             expected = invert(keyframes.poses[keyframe]) @ T_map_cam
             if not keyframes.is_covered(expected):
                 continue
-            matches = keyframes.matches(frame, {keyframe: (expected, config.closure_search)})
+            matches = keyframes.matches(frame, {keyframe: (expected, config.closure_search_radius)})
             for found in matches.values():
                 if keyframes.is_due(keyframe, found.T_keyframe_cam, found):
                     continue
@@ -92,8 +92,8 @@ class LoopClosure:
         gates = self._config.gates
         error = pose_difference(T_map_cam, T_old_cam)
         for span in reversed(spans):
-            bound = gates.wheel_gate + gates.spin * span.motion
-            heading = gates.wheel_gate + gates.spin * span.turned_by_wheels
+            bound = gates.wheel_gate + gates.wheel_only_error * span.motion
+            heading = gates.wheel_gate + gates.wheel_only_error * span.turned_by_wheels
             bound[0] += heading * pose_difference(T_map_cam, self._map.poses[span.first])[0]
             if keyframe < span.first and (error <= bound).all():
                 return span.first, bound
@@ -106,7 +106,7 @@ class LoopClosure:
         """
         agreement, count = (
             self._config.relocalisation.agreement,
-            self._config.relocalisation.guesses,
+            self._config.relocalisation.remembered_frames,
         )
         if first != self._doubted_first:
             self._hypotheses, self._doubted_first = [], first
@@ -134,8 +134,8 @@ class LoopClosure:
         expected = {
             keyframe: (invert(keyframes.poses[keyframe]) @ T_map_cam, share)
             for some, share in (
-                (recent, config.search),
-                (older[: config.keyframes.closures], config.closure_search),
+                (recent, config.search_radius),
+                (older[: config.keyframes.closures], config.closure_search_radius),
             )
             for keyframe in some
         }

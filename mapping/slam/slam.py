@@ -73,14 +73,14 @@ class Slam:
         self._T_base_cam = T_base_cam
         self._config = config
         self._dead_reckoning = DeadReckoning(T_base_cam, config.dead_reckoning)
-        consistency = DepthConsistency(intrinsics, T_base_cam, config.solid)
+        consistency = DepthConsistency(intrinsics, T_base_cam, config.depth_consistency)
         self._kidnapping = Kidnapping(intrinsics, consistency, config.kidnapping)
         self._map = KeyframeMap(
             FrameMatcher(intrinsics, T_base_cam, config.features, config.odometry, config.gates),
             T_base_cam,
             config.keyframes,
             config.graph,
-            config.places,
+            config.place_index,
             config.gates,
         )
         self._relocaliser = Relocaliser(
@@ -181,7 +181,7 @@ class Slam:
         if before is Tracking.LOST:
             found, now = self._relocalise(frame), Tracking.RELOCALISED
         else:
-            shares = config.search, config.wide_search
+            shares = config.search_radius, config.wide_search_radius
             measured, now = self._map.track(frame, self._last, shares), Tracking.TRACKING
             found = self._regain(frame) if measured is None else replace(frame, measured=measured)
         if found is not None and found.measured is not None:
@@ -255,7 +255,7 @@ class Slam:
 
     def _is_carried_away(self, frame: Frame) -> bool:
         """Whether images that agree with each other have long shown that the robot is elsewhere."""
-        last, share = self._last.features, self._config.search
+        last, share = self._last.features, self._config.search_radius
         step = self._map.matcher.between(last, frame.features, frame.T_last_cam, share)
         steady = 0 if step is None else step.inliers
         return self._kidnapping.is_elsewhere(frame, last, steady, self._map)

@@ -14,21 +14,21 @@ class WorldConfig(BaseModel):
     model_config = SETTINGS
 
     robot_radius: float = Field(default=0.175, ge=0.1, le=0.5)
-    """Radius of the base with its bumper [m]."""
+    """The base with its bumper has this radius [m]."""
     mast_radius: float = Field(default=0.06, ge=0.005, le=0.3)
-    """Radius of the mast with the camera [m]."""
+    """The mast with the camera has this radius [m]."""
     wheel_base: float = Field(default=0.235, ge=0.15, le=0.35)
-    """True distance of the wheels [m]."""
+    """The wheels are truly this far apart [m]."""
     wheel_acceleration: float = Field(default=2.0, ge=0.1, le=50.0)
-    """Acceleration of a wheel to its commanded speed [m/s^2]."""
+    """A wheel accelerates to its commanded speed by this [m/s^2]."""
     wheel_scale: float = Field(default=1.0, ge=0.5, le=2.0)
-    """Metres truly rolled for each metre that a wheel counts [1]."""
+    """The robot truly rolls this many metres for each metre that a wheel counts [1]."""
     wheel_scale_noise: float = Field(default=0.003, ge=0.0, le=0.5)
-    """Standard deviation of each wheel's relative error of scale, drawn once for a run [1]."""
+    """Each wheel's scale errs by this standard deviation, as a fraction, drawn for a run [1]."""
     slip_noise: float = Field(default=0.003, ge=0.0, le=1.0)
-    """Standard deviation of each wheel's slip over one metre [m]; it grows with the square root."""
+    """A wheel slips by this standard deviation over 1 m, which grows with the square root [m]."""
     step: float = Field(default=0.015, ge=0.001, le=0.1)
-    """Longest step of the motion [s]."""
+    """One step of the motion is at most this long [s]."""
 
     def outline(self, height: float, forward: float) -> Outline:
         """The robot with a camera at this height and so far ahead of the axle [m]."""

@@ -206,7 +206,7 @@ def test_a_robot_that_ignores_its_battery_has_not_ended_its_search(monkeypatch):
     assert score_series(FaultSeries(("battery-low",), (1,)), [heeds]).drove_on == 1
     monkeypatch.setattr(
         fault_drives, "_config", lambda drive: Config.model_validate(
-            {"objectnav": {"look_around": False}, "recovery": {"battery_floor": 0.05},
+            {"objectnav": {"look_around": False}, "recovery": {"min_battery": 0.05},
              "sim_camera": {"rate": 10.0}}
         )
     )  # fmt: skip

@@ -30,7 +30,7 @@ CONFIG = Config.model_validate(
         "objectnav": {
             "look_around": False,
             "max_steps": 3,
-            "settling": {"seconds": 0.0, "frames": 0},
+            "gyro_settling": {"seconds": 0.0, "frames": 0},
         }
     }
 )

@@ -6,8 +6,10 @@ import re
 import sys
 import tomllib
 from types import SimpleNamespace
+from typing import get_args
 
 import pytest
+from pydantic import BaseModel
 from serial.tools import list_ports
 
 from drivers.realsense.sdk import rs
@@ -16,7 +18,8 @@ from tests.helpers.checkout import ROOT
 from tests.helpers.random_clip import save_tiny_clip
 from vizbot.cli import app as cli
 from vizbot.commands.config.discovery import with_rehearsal
-from vizbot.commands.config.encoder_choice import CHOICES, choices_page
+from vizbot.commands.config.encoder_choice import CHOICES
+from vizbot.commands.config.settings_table import all_tables
 from vizbot.config import Config, load_config
 
 SETTING = re.compile(r"^#(?=\S)", re.MULTILINE)
@@ -75,7 +78,10 @@ def test_a_first_file_lets_a_person_choose_the_encoder_by_what_its_time_means(
     assert '\n#clip = "embedded"\n' in text
     for each in CHOICES:
         assert each.encoder in text and f"{each.frame:g} s; {each.meaning}" in text
-    assert choices_page() in (ROOT / "docs/robot.md").read_text()
+    rows = [f"| {e.computer} | `{e.encoder}` | {e.frame:g} | {e.meaning} |" for e in CHOICES]
+    head = "| computer | settings | a frame, in s | what that means for a search |"
+    page = "\n".join([head, "|---|---|---|---|", *rows])
+    assert page in (ROOT / "docs/robot.md").read_text()
 
 
 def test_a_first_file_names_an_encoder_that_was_fetched(run, plug_in, monkeypatch, tmp_path):
@@ -203,11 +209,67 @@ def test_the_schema_describes_every_setting(run):
     assert described == list(fields)
 
 
+def fields_below(model):
+    """Every setting and table of a model of settings, at any depth."""
+    for name, field in model.model_fields.items():
+        yield f"{model.__name__}.{name}", field
+        kinds = [field.annotation, *get_args(field.annotation)]
+        for kind in kinds:
+            if isinstance(kind, type) and issubclass(kind, BaseModel):
+                yield from fields_below(kind)
+
+
+FIELDS = dict(fields_below(Config))
+
+
+@pytest.mark.parametrize("key", [key for key, field in FIELDS.items() if field.description])
+def test_each_description_is_a_sentence_that_can_be_read_alone(key):
+    text = " ".join(FIELDS[key].description.split())
+    assert text[0].isupper() and text.endswith(".")
+    assert not re.search(r"(?i)^(as|the same)\b|\blikewise\b|\bsuch\b", text)
+
+
+def test_at_most_60_settings_are_for_people_and_a_first_file_shows_them_alone(
+    run, plug_in, tmp_path
+):
+    plug_in()
+    plain = {
+        f"{table.heading.strip('[]')}.{each.name}".lstrip(".")
+        for table in all_tables()
+        for each in table.settings
+        if not each.advanced
+    }
+    assert 50 < len(plain) <= 60
+    for key in ("clip", "serial_port", "mount.tilt", "roomba.max_wheel_speed", "realsense.fps"):
+        assert key in plain
+    assert run("init")[0] == 0
+    text, table, shown = (tmp_path / "robot.toml").read_text(), "", set()
+    for line in text.splitlines():
+        if heading := re.fullmatch(r"\[([\w.]+)\]", line):
+            table = f"{heading[1]}."
+        elif setting := re.match(r"#(\w+) = ", line):
+            shown.add(table + setting[1])
+    assert shown == plain
+    _, page, _ = run("schema", "--markdown")
+    first = page.partition("## Settings for people")[2].partition("## Advanced settings")[0]
+    assert len(re.findall(r"^\| `", first, re.MULTILINE)) == len(plain)
+
+
+def test_the_schema_marks_each_setting_as_advanced_or_not():
+    schema = Config.model_json_schema()
+    marks = {
+        name: field.get("advanced")
+        for model in (schema, *schema["$defs"].values())
+        for name, field in model.get("properties", {}).items()
+    }
+    assert (marks["serial_port"], marks["embedding_latency"], marks["mount"]) == (False, True, None)
+
+
 def test_the_search_has_at_most_half_of_the_47_settings_that_it_once_had():
     objectnav = Config().objectnav.model_dump()
     tables = [each for each in (objectnav, *objectnav.values()) if isinstance(each, dict)]
     values = [key for each in tables for key in each if not isinstance(each[key], dict)]
-    assert {"method", "doubt", "seconds"} <= set(values)
+    assert {"method", "rejection_factor", "seconds"} <= set(values)
     assert len(values) <= 47 // 2
 
 

@@ -144,7 +144,7 @@ def test_how_many_there_are_is_counted(ask, capsys, tmp_path):
     scores = [place["score"] for place in json.loads(capsys.readouterr().out)["candidates"]]
     config, counts = tmp_path / "robot.toml", []
     for found in (0.5, (scores[1] + scores[2]) / 2):
-        config.write_text(f"[objectnav]\nfound = {found}\n")
+        config.write_text(f"[objectnav]\nanswer_probability = {found}\n")
         ask(text="how many yellow chairs are there?", config=config)
         answer = json.loads(capsys.readouterr().out)
         counts.append(answer["count"])
@@ -162,7 +162,7 @@ def test_it_is_said_which_places_count(ask, capsys, tmp_path, monkeypatch, mean_
     config = tmp_path / "robot.toml"
     for found, least in (("located", (scores[1] + scores[2]) / 2), ("not found", 0.999)):
         monkeypatch.setattr(mean_colours, "threshold", least)
-        config.write_text(f"[objectnav]\nfound = {least}\n")
+        config.write_text(f"[objectnav]\nanswer_probability = {least}\n")
         ask(method=method, config=config, as_json=False)
         head, *rows = capsys.readouterr().out.splitlines()
         assert head == f"yellow chair: {found} (a place counts with a {score} above {least:.3g})"

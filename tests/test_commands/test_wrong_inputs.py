@@ -34,7 +34,7 @@ SETTINGS = {
     "no-list": "[perception.clip_mapper]\nscales = 1",
     "empty-list": "[perception.clip_mapper]\nscales = []",
     "method": '[objectnav]\nmethod = "magic"',
-    "sure": "[objectnav.search]\nsure = 1.0",
+    "sure": "[objectnav.search]\narrival_probability_early = 1.0",
     "reach": "[[objectnav.waypoint_reaches]]\ndistance = 1",
 }
 """Settings files by their names."""

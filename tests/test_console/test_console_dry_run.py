@@ -53,7 +53,7 @@ ALL_PICTURES = (
 STRAIGHT_AWAY = """
 [objectnav]
 look_around = false
-[objectnav.settling]
+[objectnav.gyro_settling]
 seconds = 0.5
 frames = 1
 """

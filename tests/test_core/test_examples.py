@@ -65,7 +65,7 @@ def test_a_saved_map_is_asked(run, tmp_path):
     for line, place in zip(said, answer.places, strict=True):
         x, y, z = place.position
         assert line.split()[:3] == [f"{x:.2f}", f"{y:.2f}", f"{z:.2f}"]
-        enough = "found" if place.score > config.found else "not likely enough"
+        enough = "found" if place.score > config.answer_probability else "not likely enough"
         assert line.endswith(f"{place.score:.0%}   {enough}")
 
 

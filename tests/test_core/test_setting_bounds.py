@@ -109,13 +109,13 @@ NO_ROBOT = {
     "realsense.exposure_limit": (10, "in seconds: 10 ms are 0.01"),
     "recovery.back_off_distance": (1000, "in metres"),
     "recovery.undocking": (1000, "in metres: 1000 mm are 1"),
-    "recovery.edge_patience": (1e9, "in seconds"),
-    "recovery.battery_floor": (0, "at least 0.05"),
+    "recovery.edge_timeout": (1e9, "in seconds"),
+    "recovery.min_battery": (0, "at least 0.05"),
     "navigator.costmap.robot_radius": (1e-6, "in metres"),
     "navigator.follower.max_linear": (430, "in metres per second: 430 mm/s are 0.43"),
     "navigator.follower.max_angular": (75, "in radians per second: 75 degrees/s are 1.309"),
     "navigator.facing_tolerance": (8.6, "in radians: 8.6 degrees are 0.1501"),
-    "objectnav.search.patience": (0, "at least 1"),
+    "objectnav.search.late_after_steps": (0, "at least 1"),
 }
 
 
@@ -135,7 +135,7 @@ def test_what_no_robot_of_this_kind_has_is_refused_with_what_may_have_been_meant
     ("key", "factor"),
     [("roomba.wheel_base", 0.5), ("roomba.wheel_base", 2.0), ("roomba.wheel_scale", 2.0),
      ("roomba.deceleration", 0.04), ("navigator.costmap.robot_radius", 0.5),
-     ("recovery.battery_floor", 0.4), ("recovery.back_off_distance", 4.0)],
+     ("recovery.min_battery", 0.4), ("recovery.back_off_distance", 4.0)],
 )  # fmt: skip
 def test_what_wheels_and_stops_rest_on_leaves_little_room(key, factor, tmp_path):
     value: object = Config()
@@ -148,7 +148,7 @@ def test_what_wheels_and_stops_rest_on_leaves_little_room(key, factor, tmp_path)
 
 
 def test_percent_are_told_where_a_share_is_asked_for(tmp_path):
-    (tmp_path / "robot.toml").write_text("[recovery]\nbattery_floor = 10\n")
+    (tmp_path / "robot.toml").write_text("[recovery]\nmin_battery = 10\n")
     with pytest.raises(ConfigError, match=r"at most 0\.9: 10 % are 0\.1 "):
         load_config(tmp_path / "robot.toml")
 
@@ -156,7 +156,10 @@ def test_percent_are_told_where_a_share_is_asked_for(tmp_path):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("[navigator.costmap]\nrobot_radius = 0.1\nslack = 0.2", "leaves nothing of robot_radius"),
+        (
+            "[navigator.costmap]\nrobot_radius = 0.1\nmap_tolerance = 0.2",
+            "leaves nothing of robot_radius",
+        ),
         ("[recovery]\nundocking = 1.0\nback_off_speed = 0.1", "takes 10.0 s, and 7.2 s are"),
     ],
 )
@@ -170,9 +173,9 @@ def test_what_people_measure_on_robots_of_this_kind_is_accepted():
     for text in (
         "[roomba]\nwheel_base = 0.258\nwheel_scale = 0.97\nmax_turn_rate = 1.0",
         "[mount]\nheight = 1.2\nforward = -0.1\n[perception.depth_mapper.scan]\nmax_height = 1.3",
-        "[navigator.costmap]\nrobot_radius = 0.17\n[recovery]\nbattery_floor = 0.05",
+        "[navigator.costmap]\nrobot_radius = 0.17\n[recovery]\nmin_battery = 0.05",
         "[realsense]\nwidth = 1280\nheight = 720\nfps = 15\n[realsense.filters]\nfarthest = 4.0",
-        "[recovery]\nback_off_distance = 0.2\nundocking = 0.8\nedge_patience = 30",
+        "[recovery]\nback_off_distance = 0.2\nundocking = 0.8\nedge_timeout = 30",
         "[navigator.follower]\nmax_linear = 0.2\nmax_angular = 0.6",
     ):
         Config.model_validate(tomllib.loads(text))

@@ -24,7 +24,7 @@ def variant(max_steps=40):
     """A search that begins at once."""
     objectnav = {
         "look_around": False,
-        "settling": {"seconds": 0.0, "frames": 0},
+        "gyro_settling": {"seconds": 0.0, "frames": 0},
         "max_steps": max_steps,
     }
     return Variant("true encoder", Config.model_validate({"objectnav": objectnav}), "encoder")

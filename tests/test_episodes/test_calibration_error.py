@@ -111,7 +111,9 @@ def test_wheels_roll_and_turn_as_far_as_the_error_says(house, error, speeds, rat
 
 def row(max_steps):
     """Every frame is a step of a robot that looks for what is not there."""
-    settings = {"objectnav": {"max_steps": max_steps, "settling": {"seconds": 0.0, "frames": 0}}}
+    settings = {
+        "objectnav": {"max_steps": max_steps, "gyro_settling": {"seconds": 0.0, "frames": 0}}
+    }
     return Variant("default", Config.model_validate(settings))
 
 

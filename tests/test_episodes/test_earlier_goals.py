@@ -11,7 +11,7 @@ from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from vizbot.config import Config
 
-SETTINGS = {"look_around": False, "settling": {"seconds": 0.0, "frames": 0}, "max_steps": 80}
+SETTINGS = {"look_around": False, "gyro_settling": {"seconds": 0.0, "frames": 0}, "max_steps": 80}
 VARIANT = Variant("true encoder", Config.model_validate({"objectnav": SETTINGS}), "encoder")
 
 

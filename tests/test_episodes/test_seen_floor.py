@@ -11,7 +11,7 @@ from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 
-SETTINGS = {"look_around": False, "settling": {"seconds": 0.0, "frames": 0}, "max_steps": 120}
+SETTINGS = {"look_around": False, "gyro_settling": {"seconds": 0.0, "frames": 0}, "max_steps": 120}
 CONFIG = Config.model_validate({"objectnav": SETTINGS})
 
 

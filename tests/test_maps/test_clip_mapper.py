@@ -70,7 +70,7 @@ def test_a_vga_frame_has_the_papers_twenty_five_patches():
 
 
 def test_a_frame_too_small_for_a_scale_has_none_there_which_is_said_once(caplog):
-    config = ClipMapperConfig(least_depth=0.123)  # a configuration no other test has used
+    config = ClipMapperConfig(min_depth_share=0.123)  # a configuration no other test has used
     with caplog.at_level(logging.WARNING):
         for _ in range(3):
             boxes = patch_boxes(540, 360, config)
@@ -156,7 +156,7 @@ def test_a_patch_with_too_little_depth_is_dropped_and_the_rest_is_one_batch():
     depth = np.full((480, 640), 2.0, np.float32)
     depth[:, 264:] = 0.0  # leaves the left two columns of small patches, and parts of others
     frame, encoder = frame_of(depth), MeanColour()
-    elements = embed_frame(frame, encoder, ClipMapperConfig(least_depth=0.3))
+    elements = embed_frame(frame, encoder, ClipMapperConfig(min_depth_share=0.3))
     boxes = elements.boxes
     valid = np.array([(depth[v0:v1, u0:u1] > 0).mean() for u0, v0, u1, v1 in boxes])
     assert (valid >= 0.3).all()

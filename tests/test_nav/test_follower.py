@@ -29,7 +29,7 @@ def test_twists_stay_within_one_step_of_the_paper(points, yaw, clearance):
     twist = follow_path(np.array(points), planar(0.0, 0.0, yaw), CONFIG, clearance)
     assert 0.0 <= twist.linear <= CONFIG.max_linear
     assert abs(twist.angular) <= CONFIG.max_angular
-    moved = driven(np.eye(4), twist, CONFIG.hold)
+    moved = driven(np.eye(4), twist, CONFIG.twist_duration)
     assert np.linalg.norm(moved[:3, 3]) <= 0.25
     assert rotation_angle(moved) <= np.radians(30)
 

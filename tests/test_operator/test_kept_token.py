@@ -13,7 +13,7 @@ from vizbot.operator.api.proof import Credentials, prove, run_token
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.client.remote_drive import RemoteDrive
-from vizbot.operator.client.robot_client import robot_client
+from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.session.session import OperatorSession
 
 TOKEN = "kept" * 8
@@ -99,7 +99,7 @@ def test_a_stranger_at_the_port_is_refused_in_one_line_and_learns_no_token(kind,
 
     with (
         Impostor(answer) as impostor,
-        robot_client(impostor.url, None) as client,
+        RobotClient(impostor.url, None) as client,
         pytest.raises(DeviceError) as refusal,
     ):
         ASKED[asked](client)
@@ -121,7 +121,7 @@ def test_a_stranger_who_passes_the_challenge_on_to_the_robot_is_refused(challeng
 
         with (
             Impostor(lambda request: http_answer(relay(request))) as impostor,
-            robot_client(impostor.url, None) as client,
+            RobotClient(impostor.url, None) as client,
             pytest.raises(DeviceError, match="is not the vizbot"),
         ):
             client.state()
@@ -133,11 +133,11 @@ def test_a_robot_with_another_token_is_refused():
         token_path().unlink()
         store_token("else" * 8)
         with (
-            robot_client(server.url, None) as client,
+            RobotClient(server.url, None) as client,
             pytest.raises(DeviceError, match=r"is not the vizbot .*; nothing was sent; give"),
         ):
             client.state()
-        with robot_client(server.url, TOKEN) as client:
+        with RobotClient(server.url, TOKEN) as client:
             client.state()
 
 
@@ -146,7 +146,7 @@ def test_the_robot_itself_proves_to_know_the_token_once_for_all_requests(challen
     session = OperatorSession()
     with (
         served(session, host="0.0.0.0") as server,
-        robot_client(server.url.replace("0.0.0.0", host), None) as client,
+        RobotClient(server.url.replace("0.0.0.0", host), None) as client,
     ):
         client.ask(["sofa"])
         client.state()
@@ -156,7 +156,7 @@ def test_the_robot_itself_proves_to_know_the_token_once_for_all_requests(challen
 
 
 def test_what_the_robot_is_given_is_of_no_use_after_its_end(challenges):
-    with served(host="0.0.0.0") as server, robot_client(server.url, None) as client:
+    with served(host="0.0.0.0") as server, RobotClient(server.url, None) as client:
         client.state()
         port = int(server.url.rsplit(":", 1)[1])
         server.close()
@@ -177,7 +177,7 @@ def test_what_the_robot_is_given_is_of_no_use_after_its_end(challenges):
 
 
 def test_a_robot_that_wants_no_token_is_sent_none(challenges, monkeypatch):
-    with served() as server, robot_client(server.url, None) as client:
+    with served() as server, RobotClient(server.url, None) as client:
         client.state()
         client.state()
         assert client._authorization.headers() == {}
@@ -187,7 +187,7 @@ def test_a_robot_that_wants_no_token_is_sent_none(challenges, monkeypatch):
 def test_a_stop_takes_no_token_and_no_challenge():
     with (
         Impostor(lambda request: http_answer(b'{"stopped": true}')) as impostor,
-        robot_client(impostor.url, None) as client,
+        RobotClient(impostor.url, None) as client,
     ):
         client.stop("ann")
     [request] = impostor.requests

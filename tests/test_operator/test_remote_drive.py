@@ -155,7 +155,7 @@ def test_where_a_token_was_asked_for_one_line_says_that_none_was_sent(tmp_path, 
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     with served(host="0.0.0.0") as server:
         with (
-            RobotClient(server.url, None) as client,
+            RobotClient(server.url, "") as client,
             pytest.raises(DeviceError, match=r"403; no token was sent: give --token"),
         ):
             RemoteDrive(client, "ann")

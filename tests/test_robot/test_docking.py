@@ -30,7 +30,9 @@ from vizbot.pipeline import Pipeline
 ON_DOCK = planar(0.0, 0.0, math.pi)
 """A robot on its contacts faces the dock."""
 DOCK = SimulatedDock(planar(-0.15, 0.0, 0.0))
-CONFIG = Config.model_validate({"objectnav": {"look_around": False}, "docking": {"patience": 40.0}})
+CONFIG = Config.model_validate(
+    {"objectnav": {"look_around": False}, "docking": {"contact_timeout": 40.0}}
+)
 
 
 class Robot:

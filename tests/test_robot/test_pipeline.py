@@ -160,7 +160,7 @@ def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     assert report.effort.seconds == pytest.approx(step.frame.stamp - began, abs=0.5)
     assert pipeline.look_up(pipeline.goal("yellow chair")).effort is None
     answer = report.candidates[0]
-    assert answer.score > pipeline.config.objectnav.search.last
+    assert answer.score > pipeline.config.objectnav.search.arrival_probability_last
     assert f"{answer.score:.0%} sure" in report.reason
     assert answer.score >= step.threshold == report.threshold
     assert np.linalg.norm(answer.position[:2] - step.T_map_base[:2, 3]) <= 1.5

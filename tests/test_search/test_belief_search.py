@@ -146,7 +146,7 @@ def test_what_is_enough_falls_with_the_time_spent(times_of_patience, enough):
     for probability in (enough + 0.01, enough - 0.01):
         search = BeliefSearch(CONFIG, frontiers)
         search.go(SOFA, believed(), grid, HERE)
-        search._steps = round(times_of_patience * CONFIG.objectnav.search.patience)
+        search._steps = round(times_of_patience * CONFIG.objectnav.search.late_after_steps)
         decision = search.go(SOFA, believed(at={(5.1, 2.1): probability}), grid, HERE)
         assert decision.threshold == pytest.approx(enough, abs=0.005)
         assert (decision.activity == "closing in") == (probability > enough)
@@ -198,10 +198,12 @@ def test_of_a_room_the_place_in_sight_is_gone_up_to_as_it_is():
 def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(left, arrives):
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)
-    assert search._search.sure * left > search._search.last
-    believed_at_first = believed(at={(5.1, 2.1): search._search.sure + 0.01})
+    assert search._search.arrival_probability_early * left > search._search.arrival_probability_last
+    believed_at_first = believed(at={(5.1, 2.1): search._search.arrival_probability_early + 0.01})
     search.go(SOFA, believed_at_first, grid, planar(3.3, 2.1, 0.0))
-    less = believed(at={(5.1, 2.1): search._search.sure * left, (1.1, 3.1): 0.3})
+    less = believed(
+        at={(5.1, 2.1): search._search.arrival_probability_early * left, (1.1, 3.1): 0.3}
+    )
     ended = stepped(search, less, grid, planar(4.3, 2.1, 0.0), LOOK_STEPS + 1).ended
     assert (ended is not None and ended[0] is Outcome.ARRIVED) is arrives
 
@@ -214,7 +216,7 @@ def in_kitchen(search, grid, probabilities):
         decision = search.go(KITCHEN, belief, grid, planar(4.6, 2.1, yaw))
         activities.append(decision.activity)
         if decision.activity == "looking around":  # the probability may fall meanwhile
-            assert decision.threshold == CONFIG.objectnav.search.sure
+            assert decision.threshold == CONFIG.objectnav.search.arrival_probability_early
         if decision.ended is not None or decision.activity == "looking closer":
             return activities
         yaw += 0.29 * decision.twist.angular
@@ -235,7 +237,7 @@ def test_in_a_room_it_turns_around_once_before_it_says_that_it_has_arrived():
 def test_a_room_that_is_less_likely_once_all_around_was_seen_is_left():
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)
-    sure = CONFIG.objectnav.search.sure
+    sure = CONFIG.objectnav.search.arrival_probability_early
     activities = in_kitchen(search, grid, lambda step: 0.95 if step < 10 else 0.97 * sure)
     assert activities[-1] == "looking closer" and "making sure" not in activities
     assert activities.count("looking around") > 15
@@ -246,12 +248,18 @@ def test_what_is_enough_for_a_room_does_not_fall_until_nothing_is_left_to_try():
     search = BeliefSearch(CONFIG, frontiers)
     before = planar(4.6, 2.1, 0.0)
     search.go(KITCHEN, believed(at={(1.1, 3.1): 0.3}), grid, before)
-    search._steps = CONFIG.objectnav.search.patience
+    search._steps = CONFIG.objectnav.search.late_after_steps
     belief = believed(at={(5.1, 2.1): 0.7, (1.1, 3.1): 0.3})
-    assert search.go(KITCHEN, belief, grid, before).threshold == CONFIG.objectnav.search.sure
+    assert (
+        search.go(KITCHEN, belief, grid, before).threshold
+        == CONFIG.objectnav.search.arrival_probability_early
+    )
     search.go(SOFA, belief, grid, before)
-    search._steps = CONFIG.objectnav.search.patience
-    assert search.go(SOFA, belief, grid, before).threshold < CONFIG.objectnav.search.sure
+    search._steps = CONFIG.objectnav.search.late_after_steps
+    assert (
+        search.go(SOFA, belief, grid, before).threshold
+        < CONFIG.objectnav.search.arrival_probability_early
+    )
 
 
 def test_at_the_end_a_room_is_arrived_at_by_what_is_enough_then():
@@ -274,14 +282,18 @@ def test_the_last_place_is_shown_beside_what_is_enough_at_the_end():
     grid, frontiers = room()
     search, settings = BeliefSearch(CONFIG, frontiers), CONFIG.objectnav.search
     place, before = (5.1, 2.1), planar(1.5, 2.1, 0.0)
-    decisions = walked(search, believed(at={place: settings.last + 0.05}), grid, before, place)
+    decisions = walked(
+        search, believed(at={place: settings.arrival_probability_last + 0.05}), grid, before, place
+    )
     *looking, last = decisions
     assert last.ended is not None and last.ended[0] is Outcome.ARRIVED
     assert looking[0].activity == "looking closer"
-    assert looking[0].threshold == pytest.approx(settings.sure, abs=0.01)
+    assert looking[0].threshold == pytest.approx(settings.arrival_probability_early, abs=0.01)
     held = [decision.threshold for decision in looking if decision.activity == "making sure"][-1]
-    assert held == last.threshold == search.threshold(SOFA) == HELD * settings.last
-    assert search.threshold(TV) == settings.sure
+    assert (
+        held == last.threshold == search.threshold(SOFA) == HELD * settings.arrival_probability_last
+    )
+    assert search.threshold(TV) == settings.arrival_probability_early
 
 
 def test_every_step_says_why_until_the_search_ends():
@@ -315,9 +327,11 @@ def test_the_end_in_vain_is_shown_beside_what_would_have_been_enough():
     grid, frontiers = room()
     search, settings = BeliefSearch(CONFIG, frontiers), CONFIG.objectnav.search
     place, before = (5.1, 2.1), planar(1.5, 2.1, 0.0)
-    decisions = walked(search, believed(at={place: settings.last - 0.05}), grid, before, place)
+    decisions = walked(
+        search, believed(at={place: settings.arrival_probability_last - 0.05}), grid, before, place
+    )
     assert decisions[-1].ended[0] is Outcome.NOT_FOUND
-    assert decisions[-1].threshold == settings.last
+    assert decisions[-1].threshold == settings.arrival_probability_last
 
 
 def test_the_score_of_what_it_goes_up_to_is_told_though_another_place_is_likelier():
@@ -332,7 +346,11 @@ def test_the_score_of_what_it_goes_up_to_is_told_though_another_place_is_likelie
 def test_a_held_aim_is_shown_beside_what_it_may_fall_to():
     grid, frontiers = room()
     search = BeliefSearch(CONFIG, frontiers)
-    sure, before, at = CONFIG.objectnav.search.sure, planar(3.3, 2.1, 0.0), planar(4.3, 2.1, 0.0)
+    sure, before, at = (
+        CONFIG.objectnav.search.arrival_probability_early,
+        planar(3.3, 2.1, 0.0),
+        planar(4.3, 2.1, 0.0),
+    )
     first = search.go(SOFA, believed(at={(5.1, 2.1): sure + 0.01}), grid, before)
     assert (first.activity, first.threshold) == ("closing in", search._sure)
     less = believed(at={(5.1, 2.1): 1.02 * HELD * sure})
@@ -401,10 +419,15 @@ def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on():
 def test_a_place_that_is_exactly_as_likely_as_is_enough_is_believed():
     grid, frontiers = room()
     settings = CONFIG.objectnav.search
-    steady = settings.model_copy(update={"settled": settings.sure, "last": settings.sure})
+    steady = settings.model_copy(
+        update={
+            "arrival_probability_late": settings.arrival_probability_early,
+            "arrival_probability_last": settings.arrival_probability_early,
+        }
+    )
     objectnav = CONFIG.objectnav.model_copy(update={"search": steady})
     search = BeliefSearch(CONFIG.model_copy(update={"objectnav": objectnav}), frontiers)
-    belief = believed(at={(5.1, 2.1): settings.sure})
+    belief = believed(at={(5.1, 2.1): settings.arrival_probability_early})
     assert search.go(SOFA, belief, grid, planar(3.3, 2.1, 0.0)).activity == "closing in"
 
 
@@ -495,11 +518,11 @@ def test_what_is_not_worth_its_way_is_not_tried_and_the_end_says_how_much_was_se
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
     before, belief = planar(4.3, 2.1, 0.0), believed(at={(5.1, 2.1): 0.1})
-    settings = CONFIG.objectnav.search.model_copy(update={"worth": 10.0})
+    settings = CONFIG.objectnav.search.model_copy(update={"min_probability_per_metre": 10.0})
     choosy = CONFIG.objectnav.model_copy(update={"search": settings})
     search = BeliefSearch(CONFIG.model_copy(update={"objectnav": choosy}), frontiers)
     assert search.go(SOFA, belief, grid, before).ended is None, "early, anything is tried"
-    search._steps = 2 * settings.patience
+    search._steps = 2 * settings.late_after_steps
     ended = search.go(SOFA, belief, grid, before).ended
     assert ended is not None and ended[0] is Outcome.NOT_FOUND
     share = int(ended[1].split("%")[0])

@@ -101,7 +101,7 @@ def test_a_room_that_the_saved_map_does_not_hold_is_not_recognised(whole_lap: La
 def test_a_robot_that_stands_lost_for_long_remembers_only_what_it_guessed_last(
     whole_lap: Lap,
 ) -> None:
-    unsure = RelocalisationConfig(alone=10_000, guesses=3)
+    unsure = RelocalisationConfig(single_frame_inliers=10_000, remembered_frames=3)
     again = resumed(whole_lap[0], config=SlamConfig(relocalisation=unsure))
     T_map_base = whole_lap[2][12]
     states = [again.track(render(T_map_base, 0.2 * i), np.eye(4)).tracking for i in range(6)]
@@ -178,7 +178,7 @@ def test_where_obstacles_are_the_same_from_two_sides_one_image_decides(
     found: bool,
 ) -> None:
     slam, _, Ts_map_base = whole_lap
-    never_alone = RelocalisationConfig(alone=10_000, agreement=1e-9)
+    never_alone = RelocalisationConfig(single_frame_inliers=10_000, agreement=1e-9)
     again = resumed(slam, obstacles(closed=True), SlamConfig(relocalisation=never_alone))
     turning = [Ts_map_base[20] @ planar(0.0, 0.0, 0.1 * i) for i in range(63)]
     Ts_odom_base = dead_reckoning(turning, drift=0.0)

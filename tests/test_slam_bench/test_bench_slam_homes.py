@@ -82,7 +82,10 @@ def test_ten_homes_of_three_laps_with_every_fault_and_nothing_twice(jobs, tmp_pa
 
 @pytest.mark.parametrize(
     ("settings", "recorded_again"),
-    [({"perception": {"slam": {"search": 0.08}}}, False), ({"mount": {"height": 0.5}}, True)],
+    [
+        ({"perception": {"slam": {"search_radius": 0.08}}}, False),
+        ({"mount": {"height": 0.5}}, True),
+    ],
 )
 def test_another_robot_shares_no_result_and_a_recording_only_where_it_would_be_the_same(
     jobs, tmp_path, settings, recorded_again

@@ -30,7 +30,7 @@ class HomePlaces:
         if self._start is None:
             self._start = _ahead(T_map_base, 0.0)
         if state is not None and state.docked:
-            self._before_dock = _ahead(T_map_base, -self._config.before)
+            self._before_dock = _ahead(T_map_base, -self._config.search_distance)
 
     def waypoint(self, task: Errand) -> Waypoint | None:
         """The place that a task leads to; None where the task has none or it is not known."""
@@ -93,10 +93,10 @@ class Docking:
             self._take_back(base, Task.DOCK)
         if self._seeking_since is None:
             return None
-        if now - self._seeking_since <= self._config.patience:
+        if now - self._seeking_since <= self._config.contact_timeout:
             return Decision(STOP, "docking", idle=True)
         self._take_back(base, Task.DOCK)
-        missed = f"the base has not found its dock within {self._config.patience:.0f} s"
+        missed = f"the base has not found its dock within {self._config.contact_timeout:.0f} s"
         return Decision(STOP, "no dock", ended=(Outcome.GAVE_UP, f"{missed}; is it plugged in?"))
 
     def _take_back(self, base: Base, task: Errand) -> None:

@@ -84,7 +84,7 @@ class ContactRecovery:
         elif twist is None and obeys:
             self._at_edge_since = None
         if self._at_edge_since is not None:
-            if now - self._at_edge_since > self._config.edge_patience:
+            if now - self._at_edge_since > self._config.edge_timeout:
                 return _stop_at_edge("the robot does not get away from an edge; put it elsewhere")
             if not obeys:  # in Safe mode the base has stopped by itself
                 if not self._resume_safe:

@@ -117,12 +117,12 @@ class SafetyBehaviours:
     def __init__(self, config: Config) -> None:
         recovery, resume_safe = config.recovery, config.roomba.resume_safe
         self._robot_radius = config.navigator.costmap.robot_radius
-        self._battery_floor = recovery.battery_floor
-        self._lifting = Lifting(recovery.lift_patience, resume_safe=resume_safe)
-        self._base_mode = BaseModeMonitor(recovery.passive_patience)
+        self._battery_floor = recovery.min_battery
+        self._lifting = Lifting(recovery.lift_timeout, resume_safe=resume_safe)
+        self._base_mode = BaseModeMonitor(recovery.safe_mode_timeout)
         self._contacts = ContactRecovery(recovery, self._robot_radius, resume_safe=resume_safe)
         self._undocking = Undocking(recovery)
-        self._vision = VisionRecovery(recovery.blind_patience, config.objectnav.recognising_rate)
+        self._vision = VisionRecovery(recovery.depth_timeout, config.objectnav.recognising_rate)
 
     def decide(
         self,

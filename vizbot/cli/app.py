@@ -70,7 +70,7 @@ def before_any_command(
     ] = False,
     verbose: VerboseOption = False,
 ) -> None:
-    """A Roomba with an RGB-D camera that maps a home and goes to what is asked for."""
+    """Have a Roomba with an RGB-D camera map a home and go to what is asked for."""
     if verbose:
         show_events()
 

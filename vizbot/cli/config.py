@@ -9,14 +9,14 @@ import typer
 
 from vizbot.commands.options import ConfigOption
 
-config_app = typer.Typer(help="The settings file, and what can be set.", no_args_is_help=True)
+config_app = typer.Typer(help="Show settings; write a file of them.", no_args_is_help=True)
 
 
 @config_app.command("init", epilog="Example: vizbot config init --out robot.toml")
 def config_init(
-    out: Annotated[Path, typer.Option("--out", help="The file to write.")] = Path("robot.toml"),
+    out: Annotated[Path, typer.Option("--out", help="Write this file.")] = Path("robot.toml"),
     every: Annotated[
-        bool, typer.Option("--all", help="Write every setting, as a comment at its default.")
+        bool, typer.Option("--all", help="Write advanced settings, too, as comments.")
     ] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:
@@ -37,7 +37,7 @@ def config_show(config: ConfigOption = None) -> None:
 @config_app.command("schema", epilog="Example: vizbot config schema --markdown")
 def config_schema(
     markdown: Annotated[
-        bool, typer.Option("--markdown", help="As the page docs/settings.md.")
+        bool, typer.Option("--markdown", help="Print the page docs/settings.md instead.")
     ] = False,
 ) -> None:
     """Print every setting with description, unit, default and bounds, as a JSON schema."""

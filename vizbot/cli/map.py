@@ -12,7 +12,7 @@ from vizbot.commands.options import JsonOption, MapArgument, MapBuildOptions, Ma
 from vizbot.core.program.garbage import collecting_afterwards
 
 SavedName = Annotated[
-    str, typer.Argument(metavar="NAME", help="Of a saved map, as `vizbot map list` shows it.")
+    str, typer.Argument(metavar="NAME", help="Use this map, as `vizbot map list` names it.")
 ]
 
 map_app = typer.Typer(
@@ -44,9 +44,9 @@ def map_query(options: MapQueryOptions) -> None:
 def map_export(
     folder: MapArgument,
     form: Annotated[
-        str, typer.Option("--format", help="ply (coloured cloud) or tum (trajectory).")
+        str, typer.Option("--format", help="Write ply (coloured cloud) or tum (trajectory).")
     ],
-    out: Annotated[Path, typer.Option(help="File to write.")],
+    out: Annotated[Path, typer.Option(help="Write to this file.")],
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:
     """Export a map for other programs."""
@@ -73,7 +73,7 @@ def map_list(as_json: JsonOption = False) -> None:
 
 @map_app.command("rename", epilog='Example: vizbot map rename home "ground floor"')
 def map_rename(
-    name: SavedName, new: Annotated[str, typer.Argument(metavar="NEW", help="Its new name.")]
+    name: SavedName, new: Annotated[str, typer.Argument(metavar="NEW", help="Give it this name.")]
 ) -> None:
     """Give a map that was saved by name another one."""
     from vizbot.commands.map import rename_saved

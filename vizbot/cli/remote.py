@@ -23,15 +23,15 @@ if TYPE_CHECKING:
     from vizbot.operator.client.robot_client import RobotClient
 
 UrlOption = Annotated[
-    str, typer.Option(envvar="VIZBOT_URL", help="Of the robot, as launch shows it.")
+    str, typer.Option(envvar="VIZBOT_URL", help="Talk to the robot there, as launch shows it.")
 ]
 UnusedTokenOption = Annotated[
-    str | None, typer.Option("--token", help="Not needed: everybody may stop the robot.")
+    str | None, typer.Option("--token", help="This is not needed: everybody may stop the robot.")
 ]
 NowOption = Annotated[
-    bool, typer.Option("--now", help="What the robot is doing ends, instead of first.")
+    bool, typer.Option("--now", help="End what the robot is doing, instead of waiting for it.")
 ]
-WaitOption = Annotated[bool, typer.Option("--wait", help="Until it is over; then tell how.")]
+WaitOption = Annotated[bool, typer.Option("--wait", help="Wait until it is over; say how.")]
 
 
 def goal(
@@ -39,7 +39,7 @@ def goal(
         list[str],
         typer.Argument(
             metavar="TEXT...",
-            help="Things or sentences, in this order; words in double quotes are literal.",
+            help="Ask for things or sentences, in this order; words in double quotes are literal.",
         ),
     ],
     now: NowOption = False,
@@ -58,7 +58,7 @@ def goal(
 
 
 def say(
-    text: Annotated[str, typer.Argument(metavar="TEXT", help="A sentence, as in the console.")],
+    text: Annotated[str, typer.Argument(metavar="TEXT", help="Say this, as in the console.")],
     now: NowOption = False,
     wait: WaitOption = False,
     url: UrlOption = HERE,
@@ -91,7 +91,7 @@ def stop(url: UrlOption = HERE, token: UnusedTokenOption = None) -> None:
 
 
 def status(as_json: JsonOption = False, url: UrlOption = HERE, token: TokenOption = None) -> None:
-    """Tell what a robot that is running does, feels, and was asked for."""
+    """Show what a robot that is running does, senses, and was asked for."""
     from vizbot.commands.remote import status
 
     with _client(url, token) as client:
@@ -123,14 +123,14 @@ def voice(
         str | None,
         typer.Option(
             envvar="VIZBOT_URL",
-            help="Of a running robot that shall obey; else that of this machine.",
+            help="Command the running robot at this address; else that of this machine.",
         ),
     ] = None,
     token: TokenOption = None,
     as_json: JsonOption = False,
     language: LanguageOption = LANGUAGE,
 ) -> None:
-    """Commands in spoken words: `go to the kitchen, then the sofa`, `come back`, `stop`."""
+    """Obey spoken words: `go to the kitchen, then the sofa`, `come back`, `stop`."""
     from vizbot.commands.voice import run
 
     done = run(
@@ -146,6 +146,6 @@ def voice(
 
 
 def _client(url: str, token: str | None) -> RobotClient:
-    from vizbot.operator.client.robot_client import robot_client
+    from vizbot.operator.client.robot_client import RobotClient
 
-    return robot_client(url, token)
+    return RobotClient(url, token)

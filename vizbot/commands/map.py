@@ -21,11 +21,10 @@ from vizbot.commands.options import MapBuildOptions, MapQueryOptions
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_new
 from vizbot.core.observer import GoalReport, Outcome, Step
-from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.language.command import HowMany
 from vizbot.operator.printing import echo, printable
 from vizbot.operator.session.saved_maps import SavedMaps, find_map
-from vizbot.rig import open_encoder, open_map_encoder, opened_devices, require_encoder
+from vizbot.rig import open_encoder, opened_devices, require_encoder
 
 
 def build(options: MapBuildOptions) -> None:
@@ -118,28 +117,19 @@ def query(options: MapQueryOptions) -> None:
     by_paper = config.objectnav.method == "paper"
     if by_paper and isinstance(question, HowMany):
         raise ConfigError(f"--method paper cannot answer {options.text!r}: it counts nothing")
-    bundle = map_bundle.load(find_map(options.folder))
-    of_settings = config.clip if config.clip == bundle.model_id else None
-    clip = of_settings if options.clip is None else options.clip
-    encoder = open_map_encoder(bundle, config.device, config.half, clip)
-    goal = goal_of(encoder, question.goal)
-    from mapping.clip.scores import Query
-    from vizbot.operator.session.place_answers import count_places, find_places
+    from vizbot.operator.session.place_answers import SavedMap
 
-    if not by_paper:
-        bundle = map_bundle.with_background(bundle, encoder, BankProgress(encoder.model_id))
-    answer = find_places(bundle, goal, encoder.log_odds, config.objectnav)
-    count = None
-    if isinstance(question, HowMany):
-        asked = Query(goal.embedding, encoder.log_odds, goal.rivals)
-        count = count_places(bundle, asked, answer.threshold)
+    saved = SavedMap(options.folder, config, options.clip)
+    notice = saved.encoder.notice
+    answer = saved.find(question.goal, BankProgress(saved.encoder.model_id))
+    count = saved.count(question.goal) if isinstance(question, HowMany) else None
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")
-        echo(json.dumps(content | {"count": count, "notice": encoder.notice}))
+        echo(json.dumps(content | {"count": count, "notice": notice}))
         return
-    if encoder.notice:
-        echo(encoder.notice, err=True)
+    if notice:
+        echo(notice, err=True)
     if answer.note:
         echo(answer.note, err=True)
     found = "located" if answer.outcome is Outcome.LOCATED else "not found"

@@ -20,7 +20,7 @@ ConfigOption = Annotated[
     Path | None,
     typer.Option(
         "--config",
-        help="TOML file with settings; else VIZBOT_CONFIG, ./robot.toml or"
+        help="Read the settings from this TOML file; else from VIZBOT_CONFIG, ./robot.toml or"
         " ~/.config/vizbot/robot.toml.",
     ),
 ]
@@ -28,24 +28,24 @@ ClipOption = Annotated[
     str | None,
     typer.Option(
         "--clip",
-        help="embedded (rehearsal model, trained on simulated homes), ViT-B/32, ViT-L/14, "
-        "a hub name, a folder, or MODULE:CLASS for an encoder of your own.",
+        help="Use this encoder: embedded (rehearsal model, trained on simulated homes), ViT-B/32,"
+        " ViT-L/14, a hub name, a folder, or MODULE:CLASS for an encoder of your own.",
     ),
 ]
 MethodOption = Annotated[
     Method | None,
     typer.Option(
         "--method",
-        help="belief: by probabilities of places; paper: by the paper's Algorithm 1 alone; else as"
-        " the settings say.",
+        help="Search by probabilities of places (belief), or by the paper's Algorithm 1 alone"
+        " (paper); else as the settings say.",
     ),
 ]
 IntrinsicsOption = Annotated[
     str | None,
     typer.Option(
         "--intrinsics",
-        help="fx,fy,cx,cy,scale of a recorded folder without camera.json "
-        "(scale: depth units in a metre).",
+        help="Take these fx,fy,cx,cy,scale for a recorded folder without camera.json"
+        " (scale: depth units in a metre).",
     ),
 ]
 SpeechOption = Annotated[
@@ -53,17 +53,18 @@ SpeechOption = Annotated[
     typer.Option(
         "--speech",
         metavar="NAME|FOLDER",
-        help="Whisper's size (tiny.en, base.en, ...), or a folder with a model of faster-whisper.",
+        help="Recognise speech by Whisper of this size (tiny.en, base.en, ...), or by a folder with"
+        " a model of faster-whisper.",
     ),
 ]
 LanguageOption = Annotated[
     str,
-    typer.Option("--language", metavar="CODE", help="That people and robot speak: en or de."),
+    typer.Option("--language", metavar="CODE", help="Hear and speak this language: en or de."),
 ]
 MapArgument = Annotated[
-    Path, typer.Argument(metavar="MAP", help="A map's folder, a run's, or a saved map's name.")
+    Path, typer.Argument(metavar="MAP", help="Use this map: its folder, a run's, or its name.")
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="One JSON object on standard output.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object alone.")]
 VerboseOption = Annotated[
     bool, typer.Option("--verbose", help="Show key events on standard error, not warnings alone.")
 ]
@@ -72,7 +73,7 @@ TokenOption = Annotated[
     typer.Option(
         "--token",
         envvar="VIZBOT_TOKEN",
-        help="Of the robot; its user need not give it on its own machine.",
+        help="Send this token, which the robot's user need not give on its own machine.",
     ),
 ]
 
@@ -93,7 +94,7 @@ class RunOptions:
     method: MethodOption = None
     config: ConfigOption = None
     out: Annotated[
-        Path | None, typer.Option("--out", help="The run's folder; runs/TIME if not given.")
+        Path | None, typer.Option("--out", help="Write the run here; else into runs/TIME.")
     ] = None
     rerun: Annotated[
         bool,
@@ -116,11 +117,15 @@ class ServiceOptions:
             "--host", help="Serve beyond this machine, for example at 0.0.0.0; asks for a token."
         ),
     ] = "127.0.0.1"
-    port: Annotated[int, typer.Option("--port", help="To serve at.", min=0, max=65535)] = PORT
+    port: Annotated[int, typer.Option("--port", help="Serve at this port.", min=0, max=65535)] = (
+        PORT
+    )
     certificate: Annotated[
-        Path | None, typer.Option("--tls-certificate", help="PEM file, to serve by https.")
+        Path | None, typer.Option("--tls-certificate", help="Serve by https, with this PEM file.")
     ] = None
-    key: Annotated[Path | None, typer.Option("--tls-key", help="Its private key.")] = None
+    key: Annotated[Path | None, typer.Option("--tls-key", help="Read its key from this file.")] = (
+        None
+    )
     speech: SpeechOption = SPEECH
     language: LanguageOption = LANGUAGE
 
@@ -137,31 +142,31 @@ class DryRunOptions:
         list[str] | None,
         typer.Argument(
             metavar="TEXT...",
-            help="What to go to, in this order; words in double quotes are literal.",
+            help="Go to these things, in this order; words in double quotes are literal.",
         ),
     ] = None
     camera: Annotated[
         str,
-        typer.Option("--camera", help="sim, realsense, or a recording: TUM folder, .db3 or .bag."),
+        typer.Option("--camera", help="Use sim, realsense, or a TUM folder, a .db3 or a .bag."),
     ] = "sim"
     base: Annotated[
         str | None,
-        typer.Option("--base", help="sim, roomba or none; none is the default of recordings."),
+        typer.Option("--base", help="Drive sim, roomba or none; recordings drive none."),
     ] = None
     world: Annotated[
         str,
         typer.Option(
             "--world",
-            help="Seed of a simulated home, SEED+bare for bare walls and a mirror, office, a Sweet"
-            " Home 3D file (.sh3d), JAR/NAME of one in sweethome3d.jar, or an MJCF file.",
+            help="Simulate the home of a SEED, SEED+bare with bare walls and a mirror, office, a"
+            " Sweet Home 3D file (.sh3d), JAR/NAME of one in sweethome3d.jar, or an MJCF file.",
         ),
     ] = "0"
     labels: Annotated[
         Path | None,
         typer.Option(
             "--labels",
-            help='TOML file with labels of what is in an MJCF file: lines like kettle = "yellow'
-            ' kettle", by the name of a body or geom.',
+            help="Read labels of what is in an MJCF file from this TOML file: lines like kettle ="
+            ' "yellow kettle", by the name of a body or geom.',
         ),
     ] = None
     start: Annotated[
@@ -169,8 +174,8 @@ class DryRunOptions:
         typer.Option(
             "--start",
             metavar="X,Y,YAW",
-            help="Where the robot starts in a simulated world [m, m, degrees]; else far from the"
-            " first goal, or at the site named start of an MJCF file.",
+            help="Start here in a simulated world [m, m, degrees]; else far from the first goal,"
+            " or at the site named start of an MJCF file.",
         ),
     ] = None
     explore: Annotated[
@@ -188,8 +193,8 @@ class DryRunOptions:
         typer.Option(
             "--faults",
             metavar="LIST",
-            help="What goes wrong, for example bump@20,camera-frozen@40+3,lost-bytes~2 (twice a"
-            " minute); `list` says what there is.",
+            help="Let these go wrong, for example bump@20,camera-frozen@40+3,lost-bytes~2 (twice a"
+            " minute); `list` shows what there is.",
         ),
     ] = None
     serve: Annotated[
@@ -219,12 +224,13 @@ class CalibrateOptions:
         Path | None,
         typer.Option(
             "--out",
-            help="Settings file to write, which keeps what else is in it; else the one in use.",
+            help="Write into this settings file, which keeps what else is in it; else into the one"
+            " in use.",
         ),
     ] = None
-    camera: Annotated[str, typer.Option("--camera", help="realsense or sim.")] = "realsense"
-    base: Annotated[str, typer.Option("--base", help="roomba or sim.")] = "roomba"
-    world: Annotated[str, typer.Option("--world", help="For what is simulated, as in dry-run.")] = (
+    camera: Annotated[str, typer.Option("--camera", help="Use realsense or sim.")] = "realsense"
+    base: Annotated[str, typer.Option("--base", help="Drive roomba or sim.")] = "roomba"
+    world: Annotated[str, typer.Option("--world", help="Simulate this world, as in dry-run.")] = (
         "office"
     )
     yes: Annotated[bool, typer.Option("--yes", help="Start without asking.")] = False
@@ -236,17 +242,17 @@ class TeleopOptions:
 
     config: ConfigOption = None
     base: Annotated[
-        str, typer.Option("--base", help="roomba, or sim to rehearse on an empty floor.")
+        str, typer.Option("--base", help="Drive roomba, or sim to rehearse on an empty floor.")
     ] = "roomba"
     url: Annotated[
         str | None,
         typer.Option(
-            "--url", envvar="VIZBOT_URL", help="Of a running robot to drive instead of a base."
+            "--url", envvar="VIZBOT_URL", help="Drive the robot that is running there, no base."
         ),
     ] = None
     token: TokenOption = None
     over: Annotated[
-        bool, typer.Option("--over", help="Even if somebody else drives that robot.")
+        bool, typer.Option("--over", help="Take over from whoever drives that robot.")
     ] = False
 
 
@@ -254,8 +260,8 @@ class TeleopOptions:
 class MapBuildOptions:
     """Options of `vizbot map build`."""
 
-    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="TUM folder, .db3 or .bag.")]
-    out: Annotated[Path, typer.Option("--out", help="Where the map is written.")]
+    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="Read this TUM folder or file.")]
+    out: Annotated[Path, typer.Option("--out", help="Write the map into this folder.")]
     clip: ClipOption = None
     config: ConfigOption = None
     intrinsics: IntrinsicsOption = None
@@ -268,9 +274,7 @@ class MapQueryOptions:
     """Options of `vizbot map query`."""
 
     folder: MapArgument
-    text: Annotated[
-        str, typer.Argument(help='What to look for, or a question: "where is the sofa?".')
-    ]
+    text: Annotated[str, typer.Argument(help='Look for this, or answer it: "where is the sofa?".')]
     clip: ClipOption = None
     method: MethodOption = None
     language: LanguageOption = LANGUAGE

@@ -12,7 +12,7 @@ from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError
 from vizbot.core.program.interrupts import ended_by_interrupt
 from vizbot.operator.client.remote_drive import RemoteDrive
-from vizbot.operator.client.robot_client import robot_client
+from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.client.stop import whoami
 from vizbot.operator.printing import PrintableFormatter, echo
 from vizbot.operator.teleop.teleop import Driven, Teleop
@@ -50,7 +50,7 @@ def run(options: TeleopOptions) -> None:
                 config = with_simulated_base(config, opened)
             wheels = open_base(config, clock, opened)
         else:
-            client = opened.enter_context(robot_client(url, options.token))
+            client = opened.enter_context(RobotClient(url, options.token))
             wheels = opened.enter_context(RemoteDrive(client, whoami(), over=options.over))
         echo(_KEYS, err=True)
         if sys.stderr.isatty():  # what the drivers log must not be written into the live line

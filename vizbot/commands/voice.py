@@ -17,7 +17,7 @@ from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.program.interrupts import ended_by_interrupt
 from vizbot.operator.client.endpoint import LANGUAGE
-from vizbot.operator.client.robot_client import RobotClient, robot_client
+from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.client.stop import HERE
 from vizbot.operator.language.command import (
     Cancel,
@@ -102,7 +102,7 @@ def run(
 
 def _robot(url: str | None, token: str | None, opened: ExitStack) -> RobotClient | None:
     """The robot at a URL, or the one of this machine if it answers."""
-    robot = opened.enter_context(robot_client(url or HERE, token))
+    robot = opened.enter_context(RobotClient(url or HERE, token))
     if url is None:
         try:
             robot.state()

@@ -12,12 +12,27 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, JsonValue, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+BASIC: dict[str, JsonValue] = {"advanced": False}
+"""The `json_schema_extra` of a setting that people change; all others are advanced."""
+
+
+def _mark_advanced(schema: dict[str, Any], model: type[BaseModel]) -> None:
+    """Mark each setting in a schema that is not for people; tables have no mark."""
+    for name, setting in model.model_fields.items():
+        if _table_of(setting) is None:
+            schema["properties"][name].setdefault("advanced", True)
+
+
 SETTINGS = ConfigDict(
-    frozen=True, extra="forbid", use_attribute_docstrings=True, allow_inf_nan=False
+    frozen=True,
+    extra="forbid",
+    use_attribute_docstrings=True,
+    allow_inf_nan=False,
+    json_schema_extra=_mark_advanced,
 )
 UNIT = re.compile(r" \[([^\]]+)\]")
 """The unit in a description."""

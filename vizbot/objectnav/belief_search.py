@@ -112,7 +112,7 @@ class BeliefSearch:
         self._aim: Aim | None = None
         self._previous: Navigation | None = None
         self._steps = 0
-        self._threshold = self._search.sure
+        self._threshold = self._search.arrival_probability_early
         self.answer_xy: NDArray[np.float64] | None = None
         self._barred_xy = np.zeros((0, 2))
         self._belief = NOTHING_SEEN
@@ -181,11 +181,11 @@ class BeliefSearch:
 
     def threshold(self, goal: Goal) -> float:
         """Probability that the newest decision for a goal was held against; before one, `sure`."""
-        return self._threshold if goal is self.goal else self._search.sure
+        return self._threshold if goal is self.goal else self._search.arrival_probability_early
 
     def found_above(self, goal: Goal) -> float:
         """A probability of the settings, the same for every goal."""
-        return self._config.objectnav.found
+        return self._config.objectnav.answer_probability
 
     def candidates(
         self, goal: Goal, perception: Perception, *, arrived: bool = False
@@ -368,24 +368,28 @@ class BeliefSearch:
     def _sure(self) -> float:
         """Probability from which a place is believed now; that of a room does not fall."""
         if self._wants_room:
-            return self._search.sure
-        return self._at_now(self._search.sure, self._search.settled, self._search.last)
+            return self._search.arrival_probability_early
+        return self._at_now(
+            self._search.arrival_probability_early,
+            self._search.arrival_probability_late,
+            self._search.arrival_probability_last,
+        )
 
     @property
     def _worth_trying(self) -> float:
         """Worth below which nothing is tried any more: the longer in vain, the less is left."""
-        return self._at_now(0.0, 0.0, self._search.worth)
+        return self._at_now(0.0, 0.0, self._search.min_probability_per_metre)
 
     def _at_now(self, early: float, late: float, last: float) -> float:
         """What runs from `early` over `late`, after the patience, to `last`, after twice of it."""
-        times = np.array([0.0, 1.0, 2.0]) * self._search.patience
+        times = np.array([0.0, 1.0, 2.0]) * self._search.late_after_steps
         return float(np.interp(self._steps, times, [early, late, last]))
 
     def _last(
         self, belief: PlaceBelief, grid: OccupancyGrid, costmap: Costmap, T_map_base: SE3
     ) -> Decision:
         """Nothing is left to try: go to the likeliest place if it is likely enough, else end."""
-        least = self._search.last
+        least = self._search.arrival_probability_last
         closing = self._close_in(belief, least, costmap, T_map_base)
         if closing is not None:
             return closing
@@ -416,9 +420,9 @@ class BeliefSearch:
         """Probability over way, and more for what the robot is on its way to."""
         ratio = option.probability / (option.way + LOOK_WAY[option.kind])
         if option.kind == "place":
-            ratio *= min(option.probability / self._search.candidate, 1.0) ** 2
+            ratio *= min(option.probability / self._search.candidate_probability, 1.0) ** 2
         if self._aims_at(option.kind, option.xy):
-            ratio *= 1.0 + self._search.commitment
+            ratio *= 1.0 + self._search.aim_change_margin
         return ratio
 
     def _towards(self, option: Option, costmap: Costmap, T_map_base: SE3) -> Navigation | None:

@@ -67,7 +67,7 @@ class FrontierOptions:
         dx, dy = (points_xy - T_map_base[:2, 3]).T
         turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
         likeness = np.minimum(self._likeness(belief, points_xy), self.MOST_LIKENESS)
-        findings = self._config.objectnav.search.findings
+        findings = self._config.objectnav.search.finding_density
         areas = np.minimum(areas, self.MOST_GAIN)
         chances = 1.0 - np.exp(-findings * areas * np.exp(likeness))
         lengths = costs + self.TURN_WAY * turns

@@ -35,7 +35,7 @@ class PlaceOptions:
             config: Settings of the robot.
             parts: What the search has.
         """
-        self._doubt, self._most_looks = config.objectnav.search.doubt, parts.most_looks
+        self._doubt, self._most_looks = config.objectnav.search.rejection_factor, parts.most_looks
         self._within = REACH.distance - config.navigator.reach_margin
 
     def options(

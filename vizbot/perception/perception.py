@@ -110,7 +110,7 @@ class Perception:
             )
         self.depth_mapper = depth_mapper
         if slam is None:
-            around = LocalMap(self.depth_mapper.grid, config.depth_mapper, config.surroundings)
+            around = LocalMap(self.depth_mapper.grid, config.depth_mapper, config.local_map)
             slam = Slam(first.intrinsics, self.T_base_cam, config.slam, around)
             if saved_map is not None:
                 slam.start_in_map(saved_map.keyframes, saved_map.views)

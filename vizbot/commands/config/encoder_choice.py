@@ -60,13 +60,6 @@ CHOICES = (
 """As measured (docs/hardware.md); distances follow from the speed limits."""
 
 
-def choices_page() -> str:
-    """The table in Markdown."""
-    rows = [f"| {e.computer} | `{e.encoder}` | {e.frame:g} | {e.meaning} |" for e in CHOICES]
-    head = "| computer | settings | a frame, in s | what that means for a search |"
-    return "\n".join([head, "|---|---|---|---|", *rows])
-
-
 def choices_text() -> list[str]:
     """The table in lines of plain text, two for each encoder."""
     lines = ["Choose the encoder: computer; seconds for a frame; what that means for a search."]

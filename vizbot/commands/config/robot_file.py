@@ -14,15 +14,10 @@ from vizbot.rig import FETCHED_EASILY
 
 _WIDTH = 98
 """Letters of a comment's line."""
-_FIRST_ASKED = (
-    "clip", "device", "serial_port", "mount.height", "mount.forward", "mount.tilt",
-    "realsense.serial",
-)  # fmt: skip
-"""The settings in which robots differ first."""
 _BEGINNING = """\
 # Settings of this robot, for vizbot. A line that begins with # and no space is a setting at its
 # default, or ... where it has none: take the # away to change it. docs/settings.md has all settings
-# with their bounds, and `vizbot config show` prints those in use.
+# with their bounds, the advanced ones last, and `vizbot config show` prints those in use.
 """
 
 
@@ -54,15 +49,15 @@ def robot_file(tables: Sequence[Table], devices: Mapping[str, Seen], *, every: b
     Args:
         tables: All settings.
         devices: What was seen, by the setting that names it.
-        every: Write every setting, not only those in which robots differ first.
+        every: Write advanced settings, too.
     """
     parts = [_BEGINNING]
     for table in tables:
         if table.heading.startswith("[["):
             continue  # the list itself shows its entries
         key = table.heading.strip("[]")
-        paths = {f"{key}.{each.name}".lstrip("."): each for each in table.settings}
-        shown = {path: each for path, each in paths.items() if every or path in _FIRST_ASKED}
+        settings = [each for each in table.settings if every or not each.advanced]
+        shown = {f"{key}.{each.name}".lstrip("."): each for each in settings}
         if shown and key:
             parts.append(_heading(table))
         parts += [_entry(each, devices.get(path)) for path, each in shown.items()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from vizbot.commands.config.settings_table import Setting, Table
 
@@ -12,9 +13,9 @@ _BEGINNING = f"""\
 # Settings
 
 Every setting of the TOML file that `--config` names: its default, its unit, and what it may be. A
-file needs only what differs from the defaults. `vizbot config init` writes one to begin with,
-`vizbot config show` prints the settings in use, and `vizbot config schema` prints this page as a
-JSON schema, for editors. Wrong settings are refused in one line that names the setting, its value
+file needs only what differs from the defaults. `vizbot config init` writes one with the settings
+for people, `vizbot config show` prints those in use, and `vizbot config schema` prints this page as
+a JSON schema, for editors. Wrong settings are refused in one line that names the setting, its value
 and what it means. [Which file is used](robot.md#settings) where `--config` is not given.
 
 This page is made of the settings' own descriptions: `{COMMAND}`.
@@ -22,13 +23,19 @@ This page is made of the settings' own descriptions: `{COMMAND}`.
 
 
 def settings_page(tables: Sequence[Table]) -> str:
-    """The page in Markdown, with one table for each heading of the file."""
-    return "\n".join([_BEGINNING, *(_section(table) for table in tables if table.settings)])
+    """The page in Markdown: settings for people, then the others, by the headings of the file."""
+    parts = [_BEGINNING]
+    for title, advanced in (("Settings for people", False), ("Advanced settings", True)):
+        parts.append(f"## {title}\n")
+        for table in tables:
+            if shown := tuple(each for each in table.settings if each.advanced is advanced):
+                parts.append(_section(replace(table, settings=shown)))
+    return "\n".join(parts)
 
 
 def _section(table: Table) -> str:
     title = f"`{table.heading}`" if table.heading else "Before any heading"
-    lines = [f"## {title}", "", table.description]
+    lines = [f"### {title}", "", table.description]
     if table.caution:
         lines += ["", table.caution]
     lines += ["", "| setting | default | unit | values | what it is |", "|---|---|---|---|---|"]

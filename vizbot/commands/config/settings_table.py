@@ -32,12 +32,14 @@ class Setting:
         description: Its description in one line, with the unit in brackets.
         default: Its value where no file has its table, as TOML has it; None if it then has none.
         values: What it may be, in words.
+        advanced: Whether only those who work on the robot's program change it.
     """
 
     name: str
     description: str
     default: str | None
     values: str
+    advanced: bool
 
     @property
     def unit(self) -> str:
@@ -114,7 +116,8 @@ def _tables(
             continue
         items = _resolved(node.get("items", {}), definitions)
         written = None if default is None else toml_value(default)
-        settings.append(Setting(name, about, written, _values(node, definitions)))
+        advanced = field.get("advanced", True)
+        settings.append(Setting(name, about, written, _values(node, definitions), advanced))
         if "properties" in items:
             text = f"An entry of `{name}`: {_line(items['description'])}"
             below += _tables(f"[{path}]", items, None, definitions, text)

@@ -8,9 +8,7 @@ import sys
 import threading
 from pathlib import Path
 
-import vizbot
-
-_IMPORT_FROM = str(Path(vizbot.__file__).parents[1])
+_IMPORT_FROM = str(Path(__file__).parents[3])
 
 
 def interpreter_command(module: str, *arguments: str, packages: bool = True) -> list[str]:

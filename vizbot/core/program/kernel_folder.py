@@ -10,7 +10,6 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-import vizbot
 from vizbot.core.files import require_folder, user_folder
 
 VARIABLE = "NUMBA_CACHE_DIR"
@@ -38,5 +37,5 @@ def is_empty() -> bool:
 
 
 def _folders() -> list[Path]:
-    beside = Path(vizbot.__file__).parents[1] / "nav" / "__pycache__"
+    beside = Path(__file__).parents[3] / "nav" / "__pycache__"
     return [beside, user_folder("XDG_CACHE_HOME", ".cache").with_name("numba")]

@@ -27,7 +27,7 @@ from vizbot.operator.api.auth import FREE_PATH, stored_token
 from vizbot.operator.api.errors import InvalidField
 from vizbot.operator.client.authorization import Authorization
 from vizbot.operator.client.http_link import HttpLink
-from vizbot.operator.client.stop import no_vizbot
+from vizbot.operator.client.stop import HERE, no_vizbot
 
 _TIMEOUT = 12.0
 """[s]"""
@@ -44,25 +44,25 @@ class RobotClient:
 
     def __init__(
         self,
-        url: str,
-        token: str | None,
+        url: str = HERE,
+        token: str | None = None,
         transport: httpx.BaseTransport | None = None,
-        *,
-        kept: str | None = None,
     ) -> None:
         """Create it without sending anything.
 
         Args:
-            url: As `launch` shows it.
-            token: As `launch` shows it, to be sent as it is; None to send none.
+            url: As `launch` shows it; by default the robot of this machine.
+            token: As `launch` shows it, to be sent as it is; empty to send none. Without it the one
+                that is kept on this machine serves, with a robot of this machine that proves to
+                know it.
             transport: Stands in for the network in tests.
-            kept: A token to use where none is given: only with a server that proves to know it.
 
         Raises:
-            ConfigError: the URL is not valid.
+            ConfigError: the URL is not valid, or the kept token cannot be read.
         """
         self._link = HttpLink(url, transport)
-        self._authorization = Authorization(self._link, token, kept)
+        kept = stored_token(url) if token is None else None
+        self._authorization = Authorization(self._link, token or None, kept)
         self.url = self._link.url
 
     def say(self, text: str, who: str, *, at_once: bool = False) -> dict[str, Any]:
@@ -206,15 +206,6 @@ class RobotClient:
         if answer.status >= 300 or not _fits(answer.content, model):
             raise no_vizbot(self.url)
         return answer.content
-
-
-def robot_client(url: str, token: str | None) -> RobotClient:
-    """A client that uses the token which a person gives, else the one kept on this machine.
-
-    Raises:
-        ConfigError: the URL is not valid, or the kept token cannot be read.
-    """
-    return RobotClient(url, token, kept=None if token else stored_token(url))
 
 
 def _fits(said: object, model: type[BaseModel]) -> TypeGuard[dict[str, Any]]:

@@ -50,7 +50,7 @@ class HouseholdBeliefs:
                 text: float(belief.probabilities.max(initial=0.0))
                 for text, belief in self._updated(HOUSEHOLD, bundle, number, pipeline)
             }
-        least = pipeline.config.objectnav.found
+        least = pipeline.config.objectnav.answer_probability
         return sorted(text for text, probability in best.items() if probability > least)
 
     def in_view(self, bundle: MapBundle, number: int, pipeline: Pipeline) -> list[str]:
@@ -68,7 +68,7 @@ class HouseholdBeliefs:
             for text, belief in self._updated(HOUSEHOLD, bundle, number, pipeline):
                 shown = (self._places[newest] - belief.low).T[::-1]
                 best[text] = float(belief.probabilities[tuple(shown)].max(initial=0.0))
-        least = pipeline.config.objectnav.found
+        least = pipeline.config.objectnav.answer_probability
         likely = [text for text, probability in best.items() if probability > least]
         return sorted(likely, key=lambda text: -best[text])
 

@@ -84,7 +84,9 @@ class LiveMap:
         goal, bundle, pipeline = self._asked(text)
         if bundle is None:
             return 0
-        return count_places(bundle, pipeline.question(goal), pipeline.config.objectnav.found)
+        return count_places(
+            bundle, pipeline.question(goal), pipeline.config.objectnav.answer_probability
+        )
 
     def keep_out_of(self, text: str) -> tuple[float, float] | None:
         """Add a zone round what looks like a room.
@@ -99,7 +101,7 @@ class LiveMap:
         goal, bundle, pipeline = self._asked(text)
         if bundle is None:
             return None
-        least = pipeline.config.objectnav.found
+        least = pipeline.config.objectnav.answer_probability
         zone = area_of(bundle, pipeline.question(goal), least)
         if zone is None:
             return None

@@ -68,7 +68,7 @@ class RoomAreas:
                 self._found = []
                 if bundle is not None:
                     beliefs = self._household.believed(tuple(ROOMS), bundle, self._map, pipeline)
-                    self._found = room_areas(beliefs, pipeline.config.objectnav.found)
+                    self._found = room_areas(beliefs, pipeline.config.objectnav.answer_probability)
                 self._found_at = now
             return self._found
 
