@@ -8,7 +8,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
+import resource
 import signal
+import time
 from dataclasses import dataclass
 from pathlib import Path
 from zlib import crc32
@@ -22,6 +24,7 @@ from sim_stubs.clock import SimulatedClock
 from tests.helpers.browsing import PATIENCE, chromium
 from tests.helpers.roomba_host import Host
 from tests.helpers.roomba_rig import Rig
+from tests.helpers.sampling import mark_the_rest_long
 from tests.helpers.scripted_robot import CAMERA, Wall
 from tests.helpers.watched_robot import WatchedRobot
 from vizbot.config import Config
@@ -175,6 +178,34 @@ def pytest_addoption(parser):
     parser.addoption(
         "--pictures", type=Path, metavar="FOLDER", help="where tests leave pictures of the console"
     )
+    parser.addoption(
+        "--spent",
+        type=Path,
+        metavar="FILE",
+        help="where a run adds its seconds, of processor and wall",
+    )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    mark_the_rest_long(items)
+
+
+BEGAN = time.monotonic()
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """What the run and the processes that it waited for took, those of its workers with them."""
+    used = 0.0
+    for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN):
+        usage = resource.getrusage(who)
+        used += usage.ru_utime + usage.ru_stime
+    took = time.monotonic() - BEGAN
+    terminalreporter.write_line(f"{used:.0f} s of processor in {took:.0f} s")
+    if config.option.spent:
+        config.option.spent.parent.mkdir(exist_ok=True)
+        with config.option.spent.open("a") as file:
+            file.write(f"{used:.1f} {took:.1f}\n")
 
 
 @pytest.fixture

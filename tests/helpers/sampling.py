@@ -1,0 +1,34 @@
+"""Which cases of a test `make test` runs; the others are `long`."""
+
+from collections import defaultdict
+
+import pytest
+
+
+def mark_the_rest_long(items):
+    """Mark as `long` what the mark `sampled` leaves out of the cases of each test.
+
+    It keeps the cases whose ids it names; where it names none, a few, so that each value of each
+    parameter comes at least once.
+    """
+    tests = defaultdict(list)
+    for item in items:
+        if item.get_closest_marker("sampled") and not item.get_closest_marker("long"):
+            tests[item.nodeid.partition("[")[0]].append(item)
+    for cases in tests.values():
+        names = cases[0].get_closest_marker("sampled").args
+        kept = [each for each in cases if each.callspec.id in names] or covering(cases)
+        for case in cases:
+            if case not in kept:
+                case.add_marker(pytest.mark.long)
+
+
+def covering(cases):
+    """A few of the cases of a test, which have all values of its parameters."""
+    values = [set(case.callspec.indices.items()) for case in cases]
+    missing, kept = set().union(*values), []
+    while missing:
+        best = max(range(len(cases)), key=lambda number: len(values[number] & missing))
+        kept.append(cases[best])
+        missing -= values[best]
+    return kept
