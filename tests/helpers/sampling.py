@@ -8,16 +8,17 @@ import pytest
 def mark_the_rest_long(items):
     """Mark as `long` what the mark `sampled` leaves out of the cases of each test.
 
-    It keeps the cases whose ids it names; where it names none, a few, so that each value of each
-    parameter comes at least once.
+    It keeps the cases whose ids hold one of its words; where it has none, a few, so that each value
+    of each parameter comes at least once.
     """
     tests = defaultdict(list)
     for item in items:
         if item.get_closest_marker("sampled") and not item.get_closest_marker("long"):
             tests[item.nodeid.partition("[")[0]].append(item)
     for cases in tests.values():
-        names = cases[0].get_closest_marker("sampled").args
-        kept = [each for each in cases if each.callspec.id in names] or covering(cases)
+        words = cases[0].get_closest_marker("sampled").args
+        named = [each for each in cases if any(word in each.callspec.id for word in words)]
+        kept = named or covering(cases)
         for case in cases:
             if case not in kept:
                 case.add_marker(pytest.mark.long)

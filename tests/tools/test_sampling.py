@@ -41,8 +41,8 @@ def test_each_value_of_each_parameter_comes_at_least_once():
         assert {literal_eval(each)[parameter] for each in left} == set(range(size))
 
 
-def test_cases_that_are_named_are_kept_for_each_test_apart_and_others_as_they_are():
-    named = product("test_a", (3, 2), pytest.mark.sampled("(2, 1)", "(0, 0)").mark)
+def test_cases_with_a_word_are_kept_for_each_test_apart_and_others_as_they_are():
+    named = product("test_a", (3, 2), pytest.mark.sampled("2, 1", "(0, 0)").mark)
     plain = product("test_b", (3,))
     assert kept([*named, *plain]) == ["(0, 0)", "(2, 1)", "(0,)", "(1,)", "(2,)"]
 
