@@ -1,6 +1,7 @@
 """Which cases of a test `make test` runs; the others are `long`."""
 
 from collections import defaultdict
+from collections.abc import Hashable
 
 import pytest
 
@@ -26,10 +27,18 @@ def mark_the_rest_long(items):
 
 def covering(cases):
     """A few of the cases of a test, which have all values of its parameters."""
-    values = [set(case.callspec.indices.items()) for case in cases]
+    values = [_values(case.callspec) for case in cases]
     missing, kept = set().union(*values), []
     while missing:
         best = max(range(len(cases)), key=lambda number: len(values[number] & missing))
         kept.append(cases[best])
         missing -= values[best]
     return kept
+
+
+def _values(callspec):
+    """The value of each parameter; its number among them where it cannot be compared."""
+    return {
+        (name, value if isinstance(value, Hashable) else callspec.indices[name])
+        for name, value in callspec.params.items()
+    }

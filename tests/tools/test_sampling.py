@@ -14,7 +14,8 @@ class Case:
 
     def __init__(self, test, indices, *marks):
         self.nodeid = f"{test}[{indices}]"
-        self.callspec = SimpleNamespace(id=str(indices), indices=dict(enumerate(indices)))
+        params = dict(enumerate(indices))
+        self.callspec = SimpleNamespace(id=str(indices), params=params, indices=params)
         self.marks = {mark.name: mark for mark in marks}
 
     def get_closest_marker(self, name):
