@@ -24,7 +24,7 @@ from hypothesis import settings
 
 from mapping.clip.reading import Reading
 from sim_stubs.clock import SimulatedClock
-from tests.helpers.browsing import PATIENCE, chromium
+from tests.helpers.browsing import KEPT_BROWSER, PATIENCE
 from tests.helpers.roomba_host import Host
 from tests.helpers.roomba_rig import Rig
 from tests.helpers.sampling import mark_the_rest_long
@@ -179,10 +179,18 @@ def pipeline_on(mean_colours):
     return build
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def browser():
-    with chromium() as browser:
-        yield browser
+    return KEPT_BROWSER.started()
+
+
+def pytest_runtest_setup(item):
+    if "browser" not in item.fixturenames:
+        KEPT_BROWSER.close()
+
+
+def pytest_sessionfinish():
+    KEPT_BROWSER.close()
 
 
 def pytest_addoption(parser):
