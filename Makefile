@@ -20,8 +20,8 @@ PIP_ARGS := --retries 1 --extra-index-url $(CPU_INDEX)
 endif
 endif
 # Tests of what people who work on the project use; TESTS names a part of either.
-BENCHMARKS := tests/test_benchmarks tests/test_training
-PRODUCT := $(filter-out $(BENCHMARKS),$(wildcard tests/test_*) tests/fuzz tests/tools)
+BENCHMARKS := tests/test_benchmarks tests/test_training tests/tools
+PRODUCT := $(filter-out $(BENCHMARKS),$(wildcard tests/test_*) tests/fuzz)
 TESTS ?=
 BIN := .venv/bin
 PAGE := vizbot/operator/page
