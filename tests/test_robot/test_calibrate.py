@@ -54,15 +54,10 @@ def on_free_floor(world: World, seed: int) -> None:
             return
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("seed", "home"),
-    [
-        (300, "30"),
-        *(
-            pytest.param(seed, home, marks=pytest.mark.long)
-            for seed, home in ((301, "31"), (302, "32"), (303, "33"), (304, "34"))
-        ),
-    ],
+    [(300, "30"), (301, "31"), (302, "32"), (303, "33"), (304, "34")],
 )
 def test_wheels_and_mount_are_found_from_what_the_robot_sees(seed, home):
     simulated, believed = wrong_robot(seed)
