@@ -98,6 +98,7 @@ def counted_twice(sample: Sample) -> Sample:
 def test_it_stops_where_something_is_in_its_way(monkeypatch):
     config, ahead = Config(), {Leg.AHEAD: (Twist(0.25, 0.0), 10.0)}
     monkeypatch.setattr("vizbot.calibration.drive._DRIVE", ahead)
+    monkeypatch.setattr("vizbot.calibration.drive._REST", 0.3)
     with Rig(config, "sim", "sim", "3") as rig:
         with pytest.raises(DeviceError, match="something in its way; put the robot where 2 m"):
             record(rig.devices, config, lambda _: None)
