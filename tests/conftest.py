@@ -215,6 +215,8 @@ BEGAN = time.monotonic()
 
 def pytest_terminal_summary(terminalreporter, config):
     """What the run and the processes that it waited for took, those of its workers with them."""
+    if hasattr(config, "workerinput"):  # a worker: the run counts it
+        return
     used = 0.0
     for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN):
         usage = resource.getrusage(who)
