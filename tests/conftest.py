@@ -1,6 +1,9 @@
 """What several test files share."""
 
 import os
+import time
+
+BEGAN = time.monotonic()
 
 # Threads of PyTorch, NumPy and numba, read when they load: `make test` has a process on every core,
 # where threads that wait for each other take three times as long.
@@ -10,7 +13,6 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import resource
 import signal
-import time
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -208,9 +210,6 @@ def pytest_addoption(parser):
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     mark_the_rest_long(items)
-
-
-BEGAN = time.monotonic()
 
 
 def pytest_terminal_summary(terminalreporter, config):

@@ -27,7 +27,7 @@ def mark_the_rest_long(items):
 
 def covering(cases):
     """A few of the cases of a test, which have all values of its parameters."""
-    values = [_values(case.callspec) for case in cases]
+    values = [_values(case.callspec.params) for case in cases]
     missing, kept = set().union(*values), []
     while missing:
         best = max(range(len(cases)), key=lambda number: len(values[number] & missing))
@@ -36,9 +36,9 @@ def covering(cases):
     return kept
 
 
-def _values(callspec):
-    """The value of each parameter; its number among them where it cannot be compared."""
+def _values(params):
+    """The value of each parameter, or how it is written where it has no hash."""
     return {
-        (name, value if isinstance(value, Hashable) else callspec.indices[name])
-        for name, value in callspec.params.items()
+        (name, value if isinstance(value, Hashable) else repr(value))
+        for name, value in params.items()
     }

@@ -14,8 +14,8 @@ class Case:
 
     def __init__(self, test, indices, *marks):
         self.nodeid = f"{test}[{indices}]"
-        params = dict(enumerate(indices))
-        self.callspec = SimpleNamespace(id=str(indices), params=params, indices=params)
+        params = {number: {"index": index} for number, index in enumerate(indices)}
+        self.callspec = SimpleNamespace(id=str(indices), params=params)
         self.marks = {mark.name: mark for mark in marks}
 
     def get_closest_marker(self, name):
