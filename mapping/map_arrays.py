@@ -12,7 +12,6 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BufferedReader
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -83,8 +82,6 @@ _TABLE = (
     _Array("trajectory.keyframes", np.int32, ("frame",)),
     _Array("trajectory.Ts_keyframe_cam", np.float64, ("frame", 4, 4), -FARTHEST, FARTHEST),
     _Array("grid.occupancy", np.float32, ("row", "col"), 0, 1),
-)
-_PLACES_TABLE = (
     _Array("elements.statistics", np.float32, ("statistic", 2), -1.1, 1.1),
     _Array("places.points_keyframe", np.float32, ("view", 3), -FARTHEST, FARTHEST),
     _Array("places.keyframes", np.int32, ("view",)),
@@ -92,22 +89,17 @@ _PLACES_TABLE = (
     _Array("places.ranges", np.float32, ("view",), 0, 2 * FARTHEST),
     _Array("places.shares", np.float32, ("view",), 0, 1),
     _Array("places.spots", np.int32, ("view",), 0, _MOST_SPOTS),
+    _Array("elements.pictures", np.float32, ("picture", "dimension"), -1.1, 1.1),
 )
-"""What maps before schema `_PLACES` do not have."""
-_PICTURES_TABLE = (_Array("elements.pictures", np.float32, ("picture", "dimension"), -1.1, 1.1),)
-"""What maps before schema `_PICTURES` do not have."""
-_PLACES, _PICTURES = 4, 5
-"""The first schemas with places and statistics, and with the bank of pictures."""
 
 
-def read_arrays(path: Path, size: int, sha256: str, schema: int) -> dict[str, NDArray[Any]]:
+def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
     """Read the arrays of a map and check each of them, and how they refer to one another.
 
     Args:
         path: Of `map.safetensors`.
         size: Its size [bytes], as the map's header has it.
         sha256: Its checksum likewise.
-        schema: Of the map.
 
     Raises:
         OSError: it cannot be read, is larger than any map, or is no regular file.
@@ -115,22 +107,21 @@ def read_arrays(path: Path, size: int, sha256: str, schema: int) -> dict[str, ND
     """
     with open_regular(path, MOST_BYTES) as file:
         digest = hashlib.sha256()
-        spans = _read_layout(file, size, digest, _table(schema))
+        spans = _read_layout(file, size, digest)
         arrays = {array.name: _read(file, array, shape, digest) for array, shape in spans}
         if file.read(1) or digest.hexdigest() != sha256:
             raise ValueError("it has another checksum")
-    require_arrays(arrays, schema)
+    require_arrays(arrays)
     return arrays
 
 
-def read_array(path: Path, size: int, name: str, schema: int) -> NDArray[Any]:
+def read_array(path: Path, size: int, name: str) -> NDArray[Any]:
     """Read one array of a map and check it by itself; the rest of the file is not read.
 
     Args:
         path: Of `map.safetensors`.
         size: Its size [bytes], as the map's header has it.
         name: Group and column.
-        schema: Of the map.
 
     Raises:
         OSError: it cannot be read, is larger than any map, or is no regular file.
@@ -138,7 +129,7 @@ def read_array(path: Path, size: int, name: str, schema: int) -> NDArray[Any]:
     """
     unused = hashlib.sha256()
     with open_regular(path, MOST_BYTES) as file:
-        for array, shape in _read_layout(file, size, unused, _table(schema)):
+        for array, shape in _read_layout(file, size, unused):
             if array.name == name:
                 content = _read(file, array, shape, unused)
                 _require_range(array, content)
@@ -147,21 +138,20 @@ def read_array(path: Path, size: int, name: str, schema: int) -> NDArray[Any]:
     raise ValueError(f"there is no {name}")
 
 
-def require_arrays(arrays: Mapping[str, NDArray[Any]], schema: int) -> None:
+def require_arrays(arrays: Mapping[str, NDArray[Any]]) -> None:
     """Check each array of a map, by its name in the table, and how they refer to one another.
 
     Raises:
         ValueError: an array is not what it must be.
     """
     lengths: dict[str, int] = {}
-    for array in _table(schema):
+    for array in _TABLE:
         content = arrays[array.name]
         if content.dtype != array.dtype:
             raise ValueError(f"{array.name} is of another type")
         _require_shape(array, content.shape, lengths)
         _require_range(array, content)
-    relations = [_relations, _place_relations] if has_places(schema) else [_relations]
-    for problem, holds in chain.from_iterable(relation(arrays) for relation in relations):
+    for problem, holds in _relations(arrays):
         if not holds:
             raise ValueError(problem)
 
@@ -199,17 +189,6 @@ def require_places_extent(places: NDArray[np.int64]) -> None:
         raise ValueError(f"places lie more than {MOST_PLACES} of them apart")
 
 
-def has_places(schema: int) -> bool:
-    """Whether maps of a schema have places and statistics."""
-    return schema >= _PLACES
-
-
-def _table(schema: int) -> tuple[_Array, ...]:
-    places = _PLACES_TABLE if has_places(schema) else ()
-    pictures = _PICTURES_TABLE if schema >= _PICTURES else ()
-    return *_TABLE, *places, *pictures
-
-
 def is_rigid(Ts_a_b: NDArray[np.float64]) -> bool:
     """Whether all of (N, 4, 4) are rigid transforms, within rounding."""
     rotations = Ts_a_b[:, :3, :3]
@@ -222,7 +201,7 @@ def is_rigid(Ts_a_b: NDArray[np.float64]) -> bool:
 
 
 def _read_layout(
-    file: BufferedReader, size: int, digest: hashlib._Hash, table: tuple[_Array, ...]
+    file: BufferedReader, size: int, digest: hashlib._Hash
 ) -> list[tuple[_Array, tuple[int, ...]]]:
     """The arrays with their shapes, in the order of the file; nothing of them is read."""
     if file.seek(0, 2) != size:
@@ -238,10 +217,10 @@ def _read_layout(
     if not isinstance(layout, dict):
         raise ValueError("its header is not a table")
     layout.pop("__metadata__", None)
-    if layout.keys() != {array.name for array in table}:
+    if layout.keys() != {array.name for array in _TABLE}:
         raise ValueError("it holds other arrays than a map")
     lengths: dict[str, int] = {}
-    spans = [(*_span(array, layout[array.name], lengths), array) for array in table]
+    spans = [(*_span(array, layout[array.name], lengths), array) for array in _TABLE]
     spans.sort(key=lambda span: span[:2])
     start = end = 8 + length
     for begin, shape, array in spans:
@@ -324,21 +303,16 @@ def _relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]
     yield "elements.frames refers to a frame that is not there", bool(cut)
     yield "elements.boxes are empty", bool((boxes[:, :2] < boxes[:, 2:]).all())
     for name in ("elements.embeddings", "elements.pictures"):
-        if (rows := arrays.get(name)) is not None:
-            norms = np.sqrt(np.einsum("nd,nd->n", rows, rows))
-            unit = (np.abs(norms - 1.0) <= _UNIT_TOLERANCE).all()
-            yield f"{name} are not unit rows", bool(unit)
-
-
-def _place_relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]:
-    """What must hold of places and statistics, where `_relations` hold."""
+        norms = np.sqrt(np.einsum("nd,nd->n", arrays[name], arrays[name]))
+        unit = (np.abs(norms - 1.0) <= _UNIT_TOLERANCE).all()
+        yield f"{name} are not unit rows", bool(unit)
     statistics, elements = arrays["elements.statistics"], arrays["places.elements"]
     count = len(arrays["elements.keyframes"])
     yield "elements.statistics are not one for each element", len(statistics) in (0, count)
     yield "elements.statistics have no spread", bool((statistics[:, 1] >= LEAST_SPREAD).all())
     yield (
         "places.keyframes refers to a keyframe that is not there",
-        _are_among(arrays["places.keyframes"], arrays["keyframes.ids"]),
+        _are_among(arrays["places.keyframes"], ids),
     )
     within = elements.min(initial=0) >= 0 and elements.max(initial=-1) < count
     yield "places.elements refers to an element that is not there", bool(within)

@@ -55,7 +55,6 @@ from mapping.map_header import (
     is_map,
     read_header,
 )
-from mapping.older_places import place_rows_of
 from mapping.tensor_file import size_of, write_through
 from vizbot.core.errors import MapError
 from vizbot.core.files import require_folder
@@ -317,21 +316,12 @@ def load(folder: Path) -> MapBundle:
     folder = readable_folder(folder)
     header = read_header(folder)
     try:
-        arrays = read_arrays(
-            folder / TENSORS,
-            header.tensors_size,
-            header.tensors_sha256,
-            header.schema_version,
-        )
+        arrays = read_arrays(folder / TENSORS, header.tensors_size, header.tensors_sha256)
         groups: dict[str, Any] = {
             group: kind(*(arrays[f"{group}.{column.name}"] for column in fields(kind)))
             for group, kind in _GROUPS.items()
-            if header.has_places or group != "places"
         }
         poses = groups["keyframes"].poses()
-        if not header.has_places:
-            frames = groups["trajectory"].Ts_keyframe_cam
-            groups["places"] = place_rows_of(groups["elements"], frames, poses)
         require_places_extent(PlaceMap(groups["places"]).placed(poses).places)
         occupancy = arrays["grid.occupancy"]
         require_extent(
@@ -354,10 +344,7 @@ def load(folder: Path) -> MapBundle:
         pictures=_pictures(arrays, header),
         **groups,
     )
-    counts = _counts(bundle)
-    if not header.has_places:
-        del counts["places"]
-    if header.counts != counts:
+    if header.counts != _counts(bundle):
         raise damaged(folder, HEADER, ValueError("its counts are not those of the arrays"))
     return bundle
 
@@ -371,9 +358,7 @@ def load_grid(folder: Path) -> OccupancyGrid:
     folder = readable_folder(folder)
     header = read_header(folder)
     try:
-        occupancy = read_array(
-            folder / TENSORS, header.tensors_size, "grid.occupancy", header.schema_version
-        )
+        occupancy = read_array(folder / TENSORS, header.tensors_size, "grid.occupancy")
     except (OSError, ValueError, MemoryError) as error:
         raise damaged(folder, TENSORS, error) from error
     zones = tuple(np.array(zone, np.float32) for zone in header.keep_out)
@@ -398,7 +383,7 @@ def _packed(bundle: MapBundle) -> tuple[MapHeader, dict[str, NDArray[Any]]]:
     arrays["elements.pictures"] = np.ascontiguousarray(pictures)
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
     grid = bundle.grid
-    require_arrays(arrays, SCHEMA_VERSION)
+    require_arrays(arrays)
     require_places_extent(PlaceMap(bundle.places).placed(bundle.keyframes.poses()).places)
     require_extent(
         bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
@@ -425,14 +410,14 @@ def _packed(bundle: MapBundle) -> tuple[MapHeader, dict[str, NDArray[Any]]]:
 
 def _statistics(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[np.float32] | None:
     """The elements' statistics; None where there are none over the phrases of today."""
-    statistics = arrays.get("elements.statistics", NO_STATISTICS)
+    statistics: NDArray[np.float32] = arrays["elements.statistics"]
     whole = len(statistics) == len(arrays["elements.keyframes"])
     return statistics if whole and header.phrases_id == PHRASES_ID else None
 
 
 def _pictures(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[np.float32]:
     """The bank of pictures; none where it is not that of today."""
-    pictures: NDArray[np.float32] = arrays.get("elements.pictures", NO_PICTURES)
+    pictures: NDArray[np.float32] = arrays["elements.pictures"]
     return pictures if len(pictures) and header.pictures_id == PICTURES_ID else NO_PICTURES
 
 

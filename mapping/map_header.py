@@ -11,7 +11,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
 
-from mapping.map_arrays import FARTHEST, has_places, is_rigid
+from mapping.map_arrays import FARTHEST, is_rigid
 from vizbot.core.camera_limits import require_camera
 from vizbot.core.errors import MapError
 from vizbot.core.files import parse_json, read_regular
@@ -23,9 +23,6 @@ SCHEMA_VERSION = 5
 REMEDY = "`vizbot map build SEQ --out MAP` makes one"
 HEADER, TENSORS = "map.json", "map.safetensors"
 
-_WITHOUT_CHECKSUM, _WITHOUT_PLACES, _WITHOUT_PICTURES = 2, 3, 4
-"""Maps of these schemas are as those of today, but do not have the bank of pictures, those of the
-first two no places and no statistics, and that of the first no checksum of `map.json`."""
 MOST_HEADER_BYTES = 4 << 20
 _FARTHEST_MOUNT = 100.0
 _Row = tuple[float, float, float, float]
@@ -59,12 +56,7 @@ class MapHeader(BaseModel):
     tensors_size: int
     tensors_sha256: str
     header_sha256: str | None = None
-    """Of the rest of this file as JSON with sorted keys; None in maps of schema 2."""
-
-    @property
-    def has_places(self) -> bool:
-        """Whether the map is of a schema with places and statistics."""
-        return has_places(self.schema_version)
+    """Of the rest of this file as JSON with sorted keys; None before it is written."""
 
     @model_validator(mode="after")
     def _physical(self) -> Self:
@@ -95,13 +87,13 @@ def read_header(folder: Path) -> MapHeader:
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
         raise MapError(f"{folder} is not a map but has a {HEADER} of another program: {REMEDY}")
     version = raw.get("schema_version")
-    if version not in (_WITHOUT_CHECKSUM, _WITHOUT_PLACES, _WITHOUT_PICTURES, SCHEMA_VERSION):
+    if version != SCHEMA_VERSION:
         raise MapError(
             f"the map {folder} is of schema {repr(version)[:40]}, not {SCHEMA_VERSION}:"
             " build it again"
         )
     try:
-        _require_checksum(raw, version)
+        _require_checksum(raw)
         return MapHeader.model_validate(raw)
     except ValidationError as error:
         raise damaged(folder, HEADER, ValueError(fault_of(error))) from error
@@ -147,12 +139,9 @@ def _read_json(folder: Path) -> Any:
     return parse_json(read_regular(folder / HEADER, MOST_HEADER_BYTES))
 
 
-def _require_checksum(raw: dict[str, Any], version: int) -> None:
+def _require_checksum(raw: dict[str, Any]) -> None:
     rest = {key: value for key, value in raw.items() if key != "header_sha256"}
-    has_checksum = version > _WITHOUT_CHECKSUM
-    if has_checksum != ("header_sha256" in raw):
-        raise ValueError("a checksum is missing or too many")
-    if has_checksum and raw["header_sha256"] != _checksum(rest):
+    if raw.get("header_sha256") != _checksum(rest):
         raise ValueError("it has another checksum")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
@@ -51,20 +51,10 @@ class MapSnapshot:
 
     def bundle(self) -> MapBundle:
         """Everything worth saving. Joining takes long on a large map: keep it out of the loop."""
+        joined = ("keyframe_poses", "keyframe_stamps", "features")
+        kept = {each.name: getattr(self, each.name) for each in fields(self)}
         return MapBundle(
-            model_id=self.model_id,
-            intrinsics=self.intrinsics,
-            T_base_cam=self.T_base_cam,
             keyframes=Keyframes.with_poses(self.keyframe_poses, self.keyframe_stamps),
             views=KeyframeViews.with_features(self.features),
-            elements=self.elements,
-            statistics=self.statistics,
-            pictures=self.pictures,
-            places=self.places,
-            grid=self.grid,
-            cloud=self.cloud,
-            trajectory=self.trajectory,
-            created=self.created,
-            notice=self.notice,
-            keep_out=self.keep_out,
+            **{name: value for name, value in kept.items() if name not in joined},
         )

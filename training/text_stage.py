@@ -13,6 +13,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from copy import deepcopy
+from math import cos, pi
 from pathlib import Path
 from typing import Annotated
 
@@ -27,7 +28,6 @@ from torch.nn.attention import SDPBackend, sdpa_kernel
 from mapping.clip.embedded.encoder import load_embedded_clip, to_ids
 from mapping.clip.embedded.towers import TextTower
 from training.export import export_model
-from training.schedule import part_of_rate
 from training.spoken_texts import (
     TextPair,
     draw_kept,
@@ -61,6 +61,13 @@ class TextStageConfig(BaseModel):
     """Steps until the learning rate is reached."""
     seed: int = 0
     """Seed of all draws."""
+
+
+def part_of_rate(step: int, warmup: int, steps: int) -> float:
+    """Part of the highest learning rate at a step: a linear warm-up, then half a cosine to 0."""
+    if step < warmup:
+        return (step + 1) / warmup
+    return 0.5 * (1.0 + cos(pi * (step - warmup) / max(1, steps - warmup)))
 
 
 def train_text_tower(

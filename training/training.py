@@ -30,8 +30,7 @@ from training.captions.facts import FACT_INDEX
 from training.evaluation import embed
 from training.export import export_model
 from training.patch_pool import PatchPool
-from training.schedule import part_of_rate
-from training.text_stage import TextStageConfig, embedded, train_text_tower
+from training.text_stage import TextStageConfig, embedded, part_of_rate, train_text_tower
 from training.tokenizer import train_tokenizer
 from training.views import LabelledPatches, take_all
 from vizbot.core.errors import ConfigError

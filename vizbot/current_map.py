@@ -12,9 +12,8 @@ from mapping.map_bundle import MapBundle
 from mapping.map_snapshot import MapSnapshot
 from nav.look_around import LookAround
 from vizbot.behaviours.docking import HomePlaces
-from vizbot.behaviours.gyro_settling import GyroSettling
 from vizbot.behaviours.progress_guard import ProgressGuard
-from vizbot.behaviours.safety import SafetyBehaviours
+from vizbot.behaviours.safety import GyroSettling, SafetyBehaviours
 from vizbot.behaviours.second_try import SecondTry
 from vizbot.behaviours.short_motion import ShortMotion
 from vizbot.behaviours.step_motion import StepMotion
@@ -23,9 +22,10 @@ from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
-from vizbot.objectnav.candidates import RunningScores
 from vizbot.objectnav.exploration import Exploration
 from vizbot.objectnav.paper_search import PaperSearch
+from vizbot.objectnav.search import Search
+from vizbot.objectnav.tasks import Decision
 from vizbot.perception.depth_loss import unseen_ahead
 from vizbot.perception.perception import Perception
 
@@ -49,7 +49,6 @@ class CurrentMap:
         second_try: Lets a task go on that would end in vain because of what was touched.
         step_motion: What is left of the present step.
         short_motion: What is left of a turn or a way that somebody named.
-        scores: Similarities of the CLIP map's elements to the present goal, for the method `paper`.
     """
 
     def __init__(self, number: int, saved: MapBundle | None, config: Config) -> None:
@@ -65,7 +64,7 @@ class CurrentMap:
         self.keep_out: tuple[NDArray[np.float32], ...] = () if saved is None else saved.keep_out
         self.exploration = Exploration(config)
         self._view = config.frontier
-        self.search: BeliefSearch | PaperSearch = (
+        self.search: Search = (
             PaperSearch(config.navigator)
             if config.objectnav.method == "paper"
             else BeliefSearch(config, self.exploration.frontiers)
@@ -79,7 +78,6 @@ class CurrentMap:
         self.second_try = SecondTry()
         self.step_motion = StepMotion(config.navigator.follower)
         self.short_motion = ShortMotion(config.navigator)
-        self.scores = RunningScores()
         self._perception: Perception | None = None
 
     @property
@@ -117,8 +115,13 @@ class CurrentMap:
     def leave_alone(self, now: float) -> None:
         """Leave out, at `now` [s], the frontiers and places of which nothing came of late."""
         self.exploration.frontiers.barred_xy = self.progress.barred(now, exploring=True)
-        if isinstance(self.search, BeliefSearch):
-            self.search.barred_xy = self.progress.barred(now, exploring=False)
+        self.search.leave_alone(self.progress.barred(now, exploring=False))
+
+    def candidate_xy(self, decision: Decision) -> NDArray[np.float64] | None:
+        """The place (2,) in `map` [m] that the search goes up to; None without one."""
+        if decision.navigation is None or decision.exploring:
+            return None
+        return self.search.place_of(decision.navigation)
 
     def begin(self, perception: Perception) -> None:
         """Take the maps that the first frame begins.

@@ -1,1 +1,1 @@
-"""Figures on README and pages, held against the kept rows that they come from."""
+"""Compares figures on README and pages with the kept rows that they come from."""

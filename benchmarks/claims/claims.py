@@ -1,7 +1,7 @@
-"""Claims: sentences of README and pages with figures, and whether the kept rows say the same.
+"""Claims: sentences of pages with figures, and whether the kept rows say the same.
 
 `docs/results/claims.toml` lists them. A *claim* is a piece of a page, with fields in braces instead
-of figures (`{scoreboard[objectnav-default][percent]:.0f} %`); filled from the rows it must stand on
+of figures (`{bare[objectnav-default][percent]:.0f} %`); filled from the rows it must stand on
 the page word for word. A *section* is a part of a page whose every number must be in a claim, or
 among its *constants*, which are no results (a year, a limit, the paper's own figures).
 """
@@ -19,8 +19,8 @@ from benchmarks.claims.facts import Facts
 from vizbot.core.errors import ConfigError
 from vizbot.core.settings import SETTINGS
 
-_NOT_TEXT = re.compile(r"\]\([^)]*\)|`[^`]*`|<[^>]*>")
-"""Targets of links, code and HTML, in which no figure is looked for."""
+_NOT_TEXT = re.compile(r"<!-- (\w+): begin -->.*?<!-- \1: end -->|\]\([^)]*\)|`[^`]*`|<[^>]*>")
+"""What the rows make, targets of links, code and HTML, in which no figure is looked for."""
 
 
 class Section(BaseModel):

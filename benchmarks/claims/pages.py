@@ -1,4 +1,4 @@
-"""All pages with figures: the written ones are held against the rows, the others made from them."""
+"""Pages with figures: the rows make most of them, README's table, and sentences of the others."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from pathlib import Path
 
 from benchmarks.claims.claims import read_claims
 from benchmarks.claims.facts import kept_facts
-from benchmarks.fast_world.page import belief_page, write_belief_picture
-from benchmarks.fast_world.ranking import ranking_page
+from benchmarks.claims.readme_table import with_table
 from benchmarks.faults.page import faults_page
 from benchmarks.objectnav.others_page import others_page
-from benchmarks.objectnav.scoreboard import scoreboard_page, write_scoreboard_page
 from benchmarks.objectnav.search_page import search_page
 from benchmarks.planner.page import planner_page
 from benchmarks.questions.page import questions_page
@@ -23,17 +21,14 @@ RESULTS = Path("docs/results")
 """Folder of the pages, from the root of the repository; its rows and claims are in it."""
 ROWS = RESULTS / "rows"
 """Folder of the folders of published rows."""
+README = Path("README.md")
+"""The page whose table of results is made."""
 MADE: Mapping[str, Callable[[Path, Path], str]] = {
-    "belief": belief_page,
     "faults": faults_page,
     "others": others_page,
     "planner": planner_page,
     "questions": questions_page,
-    "ranking": ranking_page,
-    "scoreboard": scoreboard_page,
     "search": search_page,
-    "search_repaired": search_page,
-    "search_today": search_page,
     "slam": slam_page,
 }
 """What makes a page from its folder of rows and its own path, by the name of both; it makes nothing
@@ -47,9 +42,7 @@ def page_of(folder: Path) -> Path:
 
 
 def write_pages() -> list[Path]:
-    """Write the pages and draw their pictures anew from their kept rows; the paths of the pages."""
-    write_scoreboard_page(ROWS / "scoreboard", RESULTS / "scoreboard.md")
-    write_belief_picture(ROWS / "belief", RESULTS / "belief.md")
+    """Write the pages, and README's table, anew from their kept rows; the paths of the pages."""
     texts = _made_pages()
     for path, text in texts.items():
         write_whole(path, text.encode())
@@ -73,6 +66,8 @@ def problems() -> list[str]:
 
 
 def _made_pages() -> dict[Path, str]:
-    paths = {name: RESULTS / f"{name}.md" for name in MADE}
-    texts = {paths[name]: made(ROWS / name, paths[name]) for name, made in MADE.items()}
+    texts = {
+        (path := RESULTS / f"{name}.md"): made(ROWS / name, path) for name, made in MADE.items()
+    }
+    texts[README] = with_table(README.read_text(encoding="utf-8"), ROWS)
     return {path: text for path, text in texts.items() if text}

@@ -21,8 +21,6 @@ class Variant:
         config: Settings of the robot.
         oracle: The part that is switched to the truth ("pose", "depth", "encoder", "map"); None
             for the robot as it is.
-        exact: Whether mount, wheels and camera are just as the robot believes, and its computer
-            answers at once but for the embeddings, which all take the configured time.
         encoder_scale: Whose cosines the encoder has; None for its own.
         ablated: The part of the search that is taken away (`benchmarks.ablations`); None for the
             whole search.
@@ -31,7 +29,6 @@ class Variant:
     name: str
     config: Config
     oracle: str | None = None
-    exact: bool = False
     encoder_scale: EncoderScale | None = None
     ablated: str | None = None
 

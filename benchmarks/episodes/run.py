@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.ablations.ablation import ABLATIONS
-from benchmarks.episodes.calibration_error import EXACT, CalibrationError
+from benchmarks.episodes.calibration_error import CalibrationError
 from benchmarks.episodes.encoder_scale import EncoderScale
 from benchmarks.episodes.episode import FAR, Episode, EpisodeResult, GoalResult, Variant
 from benchmarks.episodes.homes import open_episode
@@ -81,12 +81,11 @@ def _driven(job: tuple[Variant, Episode]) -> EpisodeResult:
         encoder_of(variant.config)  # no episode can run without an encoder
     try:
         with ExitStack() as opened:
-            error = EXACT if variant.exact else CalibrationError.drawn(episode)
+            error = CalibrationError.drawn(episode)
             world = opened.enter_context(open_episode(episode, variant.config, error))
             parts = oracle_parts(variant.oracle, world, variant.config)
             devices = opened.enter_context(Rig(parts.config, "sim", "sim", world)).devices
-            if not variant.exact:
-                devices = slow_devices(devices, Latencies.kept(), parts.config, world.seed)
+            devices = slow_devices(devices, Latencies.kept(), parts.config, world.seed)
             if variant.oracle == "encoder":
                 devices = replace(devices, clock=AtOnce(devices.clock))
             recorder = TruthRecorder(world, SeenFloor(world, variant.config))

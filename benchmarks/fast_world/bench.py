@@ -64,14 +64,11 @@ class _Job:
 
 
 def rules(config: Config) -> tuple[SearchRule, ...]:
-    """The rows: as configured, with a part perfect, by the paper's method; without each part."""
+    """The rows: as configured, by the paper's method, and without each part."""
     without = [SearchRule(ABLATION_ROWS[part], config, ablation=ABLATIONS[part])
                for part in ABLATIONS]  # fmt: skip
     return (
         SearchRule(DEFAULT, config),
-        SearchRule("true evidence", config, true_evidence=True),
-        SearchRule("perfect stop", config, perfect_stop=True),
-        SearchRule("perfect veto", config, perfect_veto=True),
         SearchRule("paper", with_method(config, "paper")),
         *without,
     )
@@ -127,7 +124,7 @@ def _run_missing(
     for episode in episodes:
         if episode not in done:
             by_home.setdefault(episode.home, []).append(episode)
-    encoder = "truth" if rule.true_evidence else encoder_of(rule.config).model_id
+    encoder = encoder_of(rule.config).model_id
     views = plan.folder / "views" / f"{encoder}-{_key_of_views(rule.config)}".replace("/", "_")
     jobs = [_Job(rule, tuple(each), views) for each in by_home.values()]
     for _, walked in in_parallel(_walk_home, jobs, f"fast, {rule.name}", _home_line):
@@ -147,8 +144,7 @@ def _walk_home(job: _Job) -> list[EpisodeResult]:
     """Walk the episodes of one home."""
     config, home = job.rule.config, job.episodes[0].home
     assert isinstance(home, int)
-    encoder = None if job.rule.true_evidence else encoder_of(config)
-    with FastHome(home, config, encoder, job.views) as opened:
+    with FastHome(home, config, encoder_of(config), job.views) as opened:
         return [Walk(opened, job.rule, episode).run() for episode in job.episodes]
 
 

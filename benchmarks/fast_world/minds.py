@@ -19,8 +19,7 @@ from nav.frontier import FrontierSearch
 from vizbot.config import Config
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
-from vizbot.objectnav.candidates import RunningScores
-from vizbot.objectnav.paper_search import PaperSearch
+from vizbot.objectnav.paper_search import PaperSearch, RunningScores
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.perception.sightings import Sightings
 
@@ -55,10 +54,6 @@ class Mind(Protocol):
 
     def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
         """What to do in this step."""
-        ...
-
-    def refute(self) -> bool:
-        """Tell it that it has not arrived; whether it can go on."""
         ...
 
 
@@ -114,10 +109,6 @@ class PaperMind:
     def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
         """What to do in this step."""
         return self._search.go(self._goal, self._elements.sightings(), grid, T_map_base)
-
-    def refute(self) -> bool:
-        """It has no way to be told."""
-        return False
 
 
 class BeliefMind:
@@ -179,8 +170,3 @@ class BeliefMind:
         )
         belief = self._search.as_judged(self._goal, belief)
         return self._search.go(self._goal, belief, grid, T_map_base)
-
-    def refute(self) -> bool:
-        """Tell it that it has not arrived."""
-        self._search.refute()
-        return True

@@ -18,14 +18,12 @@ import numpy as np
 from benchmarks.ablations.ablation import WHOLE, Ablation
 from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult
 from benchmarks.episodes.homes import open_benchmark_home, start_of
-from benchmarks.episodes.oracles import TrueEncoder
 from benchmarks.fast_world.minds import BeliefMind, Mind, PaperMind
 from benchmarks.fast_world.places import Places
 from benchmarks.fast_world.views import HEADINGS, View, Views, pose_of
 from mapping.occupancy.depth_mapper import DepthMapper
 from nav.look_around import LookAround
 from nav.recovery import contact_points, edge_points
-from sim_stubs.scoring.goals import GOALS
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
 from vizbot.config import Config
@@ -53,17 +51,11 @@ class SearchRule:
     Attributes:
         name: Name of the row.
         config: Settings of the robot.
-        true_evidence: Whether patches show what they truly show, instead of what an encoder sees.
-        perfect_stop: Whether the search ends, as arrived, where it first stands where that is true.
-        perfect_veto: Whether the search is told when it has not arrived and says so, and goes on.
         ablation: What is left of the search.
     """
 
     name: str
     config: Config
-    true_evidence: bool = False
-    perfect_stop: bool = False
-    perfect_veto: bool = False
     ablation: Ablation = WHOLE
 
 
@@ -78,24 +70,21 @@ class FastHome:
         views: The views.
     """
 
-    def __init__(
-        self, seed: int, config: Config, encoder: ClipEncoder | None, folder: Path
-    ) -> None:
+    def __init__(self, seed: int, config: Config, encoder: ClipEncoder, folder: Path) -> None:
         """Open the home.
 
         Args:
             seed: Of the home.
             config: Settings of the robot.
-            encoder: Embeds patches and goals; None for one that reads what is truly shown.
+            encoder: Embeds patches and goals.
             folder: Of the views of all homes that were made with this encoder.
         """
         body = config.world.model_copy(update=BODY)
         self.seed = seed
         self.world = open_benchmark_home(seed, config.model_copy(update={"world": body}))
-        self.encoder = encoder or TrueEncoder(self.world, GOALS)
+        self.encoder = encoder
         self.places = Places.in_world(self.world)
         self.views = Views(self.world, self.encoder, config.perception, folder / str(seed))
-        self._arrived: dict[tuple[str, int], bool] = {}
 
     def close(self) -> None:
         """Keep the new views, and free the renderer."""
@@ -116,18 +105,6 @@ class FastHome:
         xy = self.places.xy[place]
         view = self.views.view(xy, place, heading)
         return place * HEADINGS + heading, view, pose_of(xy, heading)
-
-    def is_arrival(self, text: str) -> bool:
-        """Whether a stop at the place where the robot is would be a success."""
-        T_before = self.world.T_world_base
-        place = self.places.nearest(*T_before[:2, 3].tolist())
-        if (text, place) not in self._arrived:
-            x, y = self.places.xy[place].tolist()
-            self.world.place(x, y, 0.0)
-            self._arrived[text, place] = judge(self.world, text, stopped=True).success
-            x, y = T_before[:2, 3].tolist()
-            self.world.place(x, y, yaw_of(T_before))
-        return self._arrived[text, place]
 
 
 class Walk:
@@ -163,10 +140,7 @@ class Walk:
         ended: tuple[Outcome, str] = (Outcome.GAVE_UP, "the steps are used up")
         while self.steps < self._config.objectnav.max_steps:
             decision = self._step()
-            if self._rule.perfect_stop and self._home.is_arrival(self._text):
-                ended = Outcome.ARRIVED, "stopped where it is true"
-                break
-            if decision.ended is not None and not self._goes_on_after(decision.ended[0]):
+            if decision.ended is not None:
                 ended = decision.ended
                 break
         self._rest()
@@ -190,11 +164,6 @@ class Walk:
         wall_seconds = round(time.monotonic() - began, 1)
         hits = world.collisions - collisions
         return EpisodeResult(self._episode, (goal,), hits, None, wall_seconds, (), stop)
-
-    def _goes_on_after(self, outcome: Outcome) -> bool:
-        """Whether an end is none, since it is false and vetoed."""
-        vetoed = self._rule.perfect_veto and outcome is Outcome.ARRIVED
-        return vetoed and not self._home.is_arrival(self._text) and self._mind.refute()
 
     def _step(self) -> Decision:
         """See, map, decide, move."""

@@ -8,7 +8,6 @@ from itertools import combinations
 from pathlib import Path
 
 from benchmarks.episodes.homes import FIRST_HOME
-from benchmarks.faults.camera_lock import measure_camera_lock
 from benchmarks.faults.hung_pairs import measure_hung_pairs
 from benchmarks.faults.missions import (
     HOMES,
@@ -59,12 +58,12 @@ class FaultBench:
 def run_faults(bench: FaultBench) -> BenchResult:
     """Run the drives, without rendering, and the missions that have no results yet.
 
-    Reflexes and camera are timed on the wall clock.
+    Reflexes are timed on the wall clock.
 
     Raises:
         VizbotError: a world cannot be built.
     """
-    timing = WallClockTiming(measure_reflexes(), measure_camera_lock(), measure_hung_pairs())
+    timing = WallClockTiming(measure_reflexes(), measure_hung_pairs())
     if not bench.quick:
         timings = Store(bench.folder / TIMINGS, WallClockTiming)
         timings.add(_key(), commit(), hardware(), timing)

@@ -22,7 +22,7 @@ from benchmarks.faults.tables import fault_result
 from benchmarks.faults.totals import DefaultResults, WallClockTiming
 from benchmarks.harness.store import Store, StoredResult
 
-_TITLE = "# What goes wrong in real houses, and what the robot makes of it"
+_TITLE = "# Faults"
 
 
 def faults_page(folder: Path, page: Path) -> str:
@@ -57,8 +57,8 @@ def faults_page(folder: Path, page: Path) -> str:
         "times on the wall clock": timings,
     }
     made = [f"{name} at {_made(lines)}" for name, lines in parts.items() if lines]
-    made_with = f"Simulated homes, devices and faults. Run: {'; '.join(made)}."
-    return "\n\n".join([_TITLE, made_with, result.text, ""])
+    made_with = f"Homes, devices and faults are simulated. Run: {'; '.join(made)}."
+    return "\n\n".join([_TITLE, result.text, made_with, ""])
 
 
 def missions_in(path: Path) -> list[StoredResult[FaultMissionResult]]:

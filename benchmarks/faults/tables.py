@@ -25,12 +25,13 @@ _LEGEND = (
     "command. Stopped: wheels that turned then are commanded to rest, to the end of that period of "
     "15 ms, and stay at rest while the fault lasts; from an obstacle the robot may back off. "
     "Every second base is in Full mode, where it does not stop by itself. Said so: the user reads "
-    "a line about this fault; noticed after: the first one. Ran on: how far a wheel turned in one "
-    f"go beyond its commands; {FARTHEST_ASTRAY:.2f} m are allowed. Drove on: rolled ahead 1 s "
-    "after the fault was over and the wheels had stopped; ended: gave up and stayed where it was. "
-    "The robot resumes Safe mode by itself, but for the columns with the product's settings. "
-    "Where no command can reach the wheels, the table says how far the robot rolls; its stop "
-    "counts from when a program holds the port again, and must be the first command."
+    "a line about this fault; noticed after: the first such line. Ran on: how far a wheel turned "
+    f"in one go beyond its commands; {FARTHEST_ASTRAY:.2f} m are allowed. Drove on: the robot "
+    "rolled ahead 1 s after the fault was over and the wheels had stopped; ended: it gave up and "
+    "stayed where it was. The robot resumes Safe mode by itself, except in the columns with the "
+    "product's settings. Where no command can reach the wheels, the table says how far the robot "
+    "rolls; its stop counts from when a program holds the port again, and must be the first "
+    "command."
 )
 
 
@@ -63,8 +64,8 @@ def fault_result(
         if timing.hung_pairs is not None:
             summary["hung_pair_ms_max"] = timing.hung_pairs.max_ms
     parts = [
-        _LEGEND,
         _drive_table(singles, missions, by_default),
+        _LEGEND,
         _pairs_line([score for score in scores if len(score.series.faults) == 2]),
         _missions_table(missions),
         totals.text(),

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmarks.faults.camera_lock import CameraLock
 from benchmarks.faults.hung_pairs import HungPairs
 from benchmarks.faults.missions import FaultMissionResult
 from benchmarks.faults.reflex_latency import ReflexLatency
@@ -21,21 +20,17 @@ class WallClockTiming:
 
     Attributes:
         reflexes: Time from a bump to the stop.
-        camera_lock: Delays that the camera causes in other threads.
         hung_pairs: Times from a hang of watchdog and reflexes to the wheels at rest; None in
             results from before this was measured.
     """
 
     reflexes: ReflexLatency
-    camera_lock: CameraLock
     hung_pairs: HungPairs | None = None
 
     def text(self) -> str:
         """Each in a paragraph."""
-        parts = [self.reflexes.summary(), self.camera_lock.summary()]
-        if self.hung_pairs is not None:
-            parts.insert(1, self.hung_pairs.summary())
-        return "\n\n".join(parts)
+        timed = (self.reflexes, self.hung_pairs)
+        return "\n\n".join(each.summary() for each in timed if each is not None)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from vizbot.core.errors import ConfigError
 
 UNATTENDED = Config.model_validate({"roomba": {"resume_safe": True}})
 """Settings of a robot without an operator: it backs off from an edge and goes on by itself."""
-BOARD = tuple(range(1020, 1028))
+BOARD = tuple(range(1060, 1068))
 """Homes of the scoreboard, which are driven whole and in which nothing is developed."""
 QUICK_SHARE = tuple(range(1100, 1108))
 """Homes of development, of which a quick run takes a part."""

@@ -84,8 +84,7 @@ class Fingerprint:
         Results of different keys must never be mixed in one row. The key of a variant with an
         oracle, or an ablation, is that of the same robot without it, and twelve more digits.
         """
-        others = ["exact"] if variant.exact else []
-        others += [] if variant.encoder_scale is None else [variant.encoder_scale]
+        others = [] if variant.encoder_scale is None else [variant.encoder_scale]
         key = _short([self.episodes, _canonical_json(variant.config), *others])
         changed = variant.oracle or variant.ablated
         return key if changed is None else f"{key}-{_short([changed, self.oracles])}"
@@ -122,11 +121,6 @@ def key_of_robot(*names: str) -> str:
     """
     more = [path for name in names for path in _sources(name)]
     return _short([_digest([*_robot_sources(*_PACKAGES), *more]), *_furniture()])
-
-
-def is_oracle_key_of(key: str, robot: str) -> bool:
-    """Whether a key belongs to the robot with the key `robot`, one part of it an oracle."""
-    return key.startswith(f"{robot}-")
 
 
 def is_clean(commit: str) -> bool:

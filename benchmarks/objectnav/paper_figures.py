@@ -4,6 +4,8 @@ Taguchi and Deguchi, "Online Embedding Multi-Scale CLIP Features into 3D Maps".
 """
 
 MARK = "paper, not run here"
+HEAD = "paper, in other homes: no direct comparison"
+"""Mark of a column of its figures beside ours."""
 
 OBJECT_NAVIGATION = (
     ("YOLOv8", 25.9, 53.8, 0.0),

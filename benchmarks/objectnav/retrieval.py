@@ -225,7 +225,7 @@ def _scales_table(answers: Sequence[QueryResult]) -> str:
         rows.append([*row, str(success)])
     header = ("scales", "P@1, the robot's answer", "95 % (Wilson)", "95 % over homes",
               "P@1, the most similar", "95 % (Wilson)", "95 % over homes",
-              f"success of navigation ({paper_figures.MARK})")  # fmt: skip
+              f"success of navigation ({paper_figures.HEAD})")  # fmt: skip
     return markdown_table(header, rows)
 
 

@@ -79,31 +79,21 @@ class ScaleComparison:
         return markdown_table(header, rows) if rows else ""
 
 
-def scales_verdict(better: Sequence[object], encoder: str, page: Path) -> str:
+def scales_verdict(better: Sequence[object], page: Path) -> str:
     """Whether the paper's central result is shown, and how it is decided; empty with no comparison.
 
     Args:
         better: Of each comparison, whether three scales beat every single one.
-        encoder: Name of the encoder.
         page: The file that the text is for.
     """
     if not better:
         return ""
-    rule = (
-        "Three scales count as better only where an exact paired test (of the goals that only one"
-        " of the two gets right) has p < 0.05 against each single scale. Pairs and p are those"
-        " against the best one."
-    )
+    rule = "Three scales count as better only where p < 0.05 against each single scale."
     if all(better):
         return rule
-    text = (
-        f"{rule} The paper's central result, that three scales find more than one, is not shown"
-        f" here yet: {better.count(True)} of {len(better)} comparisons show it."
+    return (
+        f"{rule} The paper's central result, that three scales find more than one, is not shown:"
+        f" {better.count(True)} of {len(better)} comparisons show it. The likely cause is the"
+        " embedded encoder, which names patches the worse the finer their scale"
+        f" ([measured there]({os.path.relpath(EMBEDDED_CLIP, page.parent)}))."
     )
-    if encoder == "embedded":
-        link = os.path.relpath(EMBEDDED_CLIP, page.parent)
-        text += (
-            " The likely cause is the embedded encoder, which names patches the worse the finer"
-            f" their scale ([where this is measured]({link}))."
-        )
-    return text

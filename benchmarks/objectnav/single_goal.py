@@ -31,7 +31,6 @@ from benchmarks.harness.tables import (
     scale_set_text,
 )
 from benchmarks.objectnav import paper_figures
-from benchmarks.objectnav.calibration_cost import EXACT, calibration_cost, calibration_section
 from benchmarks.objectnav.scale_comparison import ScaleComparison
 from vizbot.config import Config, with_method
 
@@ -62,8 +61,6 @@ def run_single_goal(plan: BenchPlan) -> BenchResult:
     episodes = single_goal_episodes(homes, QUICK_SHARE_OF if plan.quick else 1)
     few = single_goal_episodes(homes, _ABLATED_SHARE)
     wanted = [variant for variant in variants(plan.config) if plan.includes(variant.name)]
-    if plan.rows is None:
-        wanted = [variant for variant in wanted if not variant.exact]  # of the quick share alone
     without = [v for v in wanted if v.oracle is None]
     with_oracle = [v for v in wanted if v.oracle is not None]
     default = next(v for v in variants(plan.config) if v.name == DEFAULT)
@@ -101,15 +98,14 @@ def single_goal_episodes(homes: Sequence[HomeGoals], share: int = 1) -> list[Epi
 def variants(config: Config) -> tuple[Variant, ...]:
     """The rows.
 
-    As configured, each scale, the paper's method, others' cosines, without parts, oracles, exact.
+    As configured, each scale, the paper's method, others' cosines, without parts, oracles.
     """
     paper = Variant(PAPER, with_method(config, "paper"))
     single = (Variant(f"scale {scale}", with_scales(config, (scale,))) for scale in SCALES)
     true = (Variant(f"true {part}", config, part) for part in ORACLES)
-    exact = Variant(EXACT, config, exact=True)
     others = (Variant(name, config, encoder_scale=scale) for scale, name in ENCODER_ROWS.items())
     fewer = (Variant(name, config, ablated=part) for part, name in ABLATION_ROWS.items())
-    return (Variant(DEFAULT, config), *single, paper, *others, *fewer, *true, exact)
+    return (Variant(DEFAULT, config), *single, paper, *others, *fewer, *true)
 
 
 def with_scales(config: Config, scales: tuple[int, ...]) -> Config:
@@ -151,8 +147,6 @@ def single_goal_result(results: Results, note: str = "") -> BenchResult:
             "single_scale_success_rate": compared.best_single,
             "three_scale_success_rate": compared.three.value,
         }
-    if EXACT in scores:
-        summary |= calibration_cost(results.get(DEFAULT, ()), results[EXACT])
     parts = [
         _main_table(scores),
         _stuck(results),
@@ -160,7 +154,6 @@ def single_goal_result(results: Results, note: str = "") -> BenchResult:
         _ablation(scores),
         compared.table("success"),
     ]
-    parts.append(calibration_section(results.get(DEFAULT, ()), results.get(EXACT, ())))
     parts.append(oracle_table(results))
     if headline is not None and headline in results:
         parts += [_by_goal(results[headline]), _failures(results[headline])]
@@ -249,7 +242,7 @@ def _ablation(scores: Mapping[str, NavigationScore]) -> str:
     driven = {
         variant.config.perception.clip_mapper.scales: variant.name
         for variant in variants(Config())
-        if variant.oracle is None and not variant.exact and variant.name not in ONLY_ASKED_FOR
+        if variant.oracle is None and variant.name not in ONLY_ASKED_FOR
     }
     rows = []
     for scales, features, success in paper_figures.SCALES:
@@ -259,13 +252,13 @@ def _ablation(scores: Mapping[str, NavigationScore]) -> str:
             over_homes = percent_range(score.success_over_homes)
             ours = [score.success, interval_text(score.success), over_homes]
         rows.append([scale_set_text(scales), features, str(success), *ours])
-    header = ("scales", "features per image", f"SR ({paper_figures.MARK})", "SR of vizbot",
+    header = ("scales", "features per image", f"SR ({paper_figures.HEAD})", "SR of vizbot",
               "95 % (Wilson)", "95 % over homes")  # fmt: skip
     return markdown_table(header, rows)
 
 
 def oracle_table(results: Results) -> str:
-    """A table of the oracles: which failures each one mends, and which successes it keeps.
+    """A table of the oracles: which failures succeed with each one, and which successes stay.
 
     Empty without an episode that both the default row and an oracle drove.
     """
@@ -291,8 +284,8 @@ def oracle_table(results: Results) -> str:
     failed = [episode for episode in in_all if not default[episode]]
     mended = sum(any(row[episode].success for row in true.values()) for episode in failed)
     verdict = (
-        f"Of {len(failed)} failed episodes that every oracle repeated, the truth about one"
-        f" part mends {mended}."
+        f"Of {len(failed)} failed episodes that every oracle repeated, {mended} succeed with the"
+        " truth about one part or another."
     )
     if fail := len(failed) - mended:
         verdict += (

@@ -7,17 +7,13 @@ from pathlib import Path
 from benchmarks.harness.store import Store
 from benchmarks.questions.bench import RecordingAnswers, questions_result
 
-_TITLE = """# Questions to a real recording
-
-`vizbot bench questions SEQ --questions FILE` maps a recording, asks its map once for each thing in
-the file, and holds the first place of each answer against the places that a person marked in the
-pictures ([the questions of the walk through an office](questions/hololens_office.toml)). With
-`--clip FOLDER` another CLIP answers the same questions: so one sees what real weights give.
-
-The embedded encoder was trained on simulated homes alone. It is there for rehearsals, and on real
-pictures not to be relied on: this is how far it goes."""
-_BY_SIMILARITY = """The scores are similarities, -1 to 1, by which the robot of that commit decided.
-Today's decides by probabilities, and by similarities with the method `paper` alone."""
+_TEXT = """`vizbot bench questions SEQ --questions FILE` maps a recording, asks its map once for
+each thing in the file, and compares the first place of each answer with the places that a person
+marked in the pictures ([questions of the walk through an office](questions/hololens_office.toml)).
+With `--clip FOLDER` another CLIP answers the same questions, so that one sees what real weights
+give. The embedded encoder was trained on simulated homes alone: it is there for rehearsals, and not
+to be relied on in real pictures."""
+_BY_SIMILARITY = "The scores are similarities, -1 to 1, by which the robot of that commit decided."
 
 
 def questions_page(folder: Path, page: Path) -> str:
@@ -32,10 +28,9 @@ def questions_page(folder: Path, page: Path) -> str:
     ).all()}  # fmt: skip
     if not newest:
         return ""
-    parts = [_TITLE]
+    parts = ["# Questions to a real recording"]
     for name, line in newest.items():
-        parts += [f"## {name}", f"Commit {line.commit}."]
+        parts += [f"## {name}", questions_result(line.result).text, f"Commit {line.commit}."]
         if line.result.score_kind == "similarity":
             parts.append(_BY_SIMILARITY)
-        parts.append(questions_result(line.result).text)
-    return "\n\n".join([*parts, ""])
+    return "\n\n".join([*parts, _TEXT, ""])

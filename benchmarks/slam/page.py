@@ -19,25 +19,23 @@ from benchmarks.slam.sequence_scores import sequence_table
 OFFICE = "hololens_office"
 """Name of the recorded walk; its rows lie in a folder of this name."""
 _PICTURE = Path("docs/pictures/poses.png")
-_TITLE = """# Poses
+_TITLE = "# Poses"
+_OFFICE = """The rules and thresholds of our estimator were set by looking at this recording, so its
+own figure is one of development; the peers run with the settings of their examples. Plain features
+with PnP are the peer to look at: the others are off by metres. ORB-SLAM3 had the rate of the
+recording, and a vocabulary learned from this walk (`python -m tests.tools.orb_vocabulary`): with
+its own it may do better.
 
 `vizbot bench slam SEQ` runs our pose estimator and its peers over a recording in TUM layout,
 prints the error against its `groundtruth.txt`, and writes the trajectories for `evo`, with a
-picture. Plain ORB features with PnP and OpenCV's RGB-D odometry always take part, Open3D's where
-it is installed, ORB-SLAM3 with `pip install pyorbslam3` and `--vocabulary ORBvoc.txt`."""
-_OFFICE = """The rules and thresholds of our estimator were set by looking at this recording, so
-that its own figure is one of development; the peers run with the settings of their examples. Plain
-features with PnP are the peer to look at: the others are off by metres.
-ORB-SLAM3 was given the recording's rate, and a vocabulary learned from this walk (`python -m
-tests.tools.orb_vocabulary`), because its own could not be fetched there: with that one it may do
-better."""
-_UNCOMMITTED = "The plus says that its sources were changed after that commit and are in none."
-_HOMES = """Without SEQ the robot is driven on laps through all rooms of simulated homes, recorded
-once under `runs/laps`, and followed with all sensors, in the dark, before a white wall, with
-wheels that slip or count nothing, without its gyroscope or with one that lies, carried elsewhere,
-and in two homes that look the same. Then it is put down at random in each saved map, on floor
-that the map holds, turns once, and must say where it is. The true robot differs from what its
-program believes by what a calibration leaves, drawn for each home.
+picture. Plain ORB features with PnP and OpenCV's RGB-D odometry always take part, Open3D's where it
+is installed, ORB-SLAM3 with `pip install pyorbslam3` and `--vocabulary ORBvoc.txt`."""
+_HOMES = """Without SEQ the robot drives laps through all rooms of simulated homes. Each drive is
+recorded once under `runs/laps`, and the estimator follows it with all sensors, in the dark, before
+a white wall, with wheels that slip or count nothing, without its gyroscope or with one that lies,
+carried elsewhere, and in two homes that look the same. Then the robot is put down at random in each
+saved map, on floor that the map holds, turns once, and must say where it is. The true robot differs
+from what its program believes by what a calibration leaves, drawn for each home.
 
 The white wall is 0.6 m away and has uneven light, a shadow, a light switch and a skirting board.
 It stands still until the camera has moved by 0.25 m or turned by 0.5 rad; then another one stands
@@ -66,15 +64,14 @@ def slam_page(folder: Path, page: Path) -> str:
             "## A walk through an office kitchen",
             f"![The walk as {len(kept['rows'])} programs saw it]({picture})",
             sequence_table(kept["rows"], kept["summary"]),
-            f"Commit {kept['commit']}, {kept['hardware']}."
-            + (f" {_UNCOMMITTED}" if kept["commit"].endswith("+") else ""),
+            f"Commit {kept['commit']}, {kept['hardware']}.",
             _OFFICE,
         ]
     starts = Store(folder / "starts.jsonl", StartResult).stored_with_key(laps[0].key)
     parts += _laps_section(laps, starts)
     hours = Store(folder / "hours.jsonl", DrivenHours).all()[-1:]
     for line in hours:
-        parts += ["## Hours in one home", _made_with(hours), hours_result(line.result).text]
+        parts += ["## Hours in one home", hours_result(line.result).text, _made_with(hours)]
     return "\n\n".join([*parts, ""])
 
 
@@ -87,10 +84,10 @@ def _laps_section(
     text = laps_result(tuple(FAULTS), results, [line.result for line in starts], quick=False).text
     parts = [
         f"## {len(recorded)} simulated homes",
-        _HOMES,
-        f"{length / 1000:.1f} km and {frames} frames. {_made_with(laps)}",
         text,
         _consistency(recorded),
+        f"The recordings have {length / 1000:.1f} km and {frames} frames. {_made_with(laps)}",
+        _HOMES,
     ]
     if left := [fault for fault in FAULTS if fault not in {r.fault for r in results}]:
         parts.append(f"No rows are kept of: {', '.join(left)}.")
@@ -108,8 +105,8 @@ def _consistency(recorded: Sequence[LapResult]) -> str:
         return f"In each of the {len(recorded)} homes NEES lies within its own bounds, as recorded."
     return (
         f"As recorded, NEES lies outside of its own bounds in {len(outside)} of {len(recorded)}"
-        f" homes: {', '.join(outside)}. Covariances tell of the noise of images; what a calibration"
-        " leaves of mount, focal length and wheels is not in them."
+        f" homes: {', '.join(outside)}. Covariances cover the noise of images; what a"
+        " calibration leaves of mount, focal length and wheels is not in them."
     )
 
 

@@ -160,18 +160,6 @@ def _reply_layout(ids: tuple[int, ...]) -> tuple[tuple[Packet, ...], struct.Stru
     return packets, struct.Struct(">" + wire_codes(packets))
 
 
-def decode_packets(ids: Iterable[int], reply: bytes) -> dict[Packet, int]:
-    """Values in a reply to Sensors or Query List: the bare data of `ids`, in order.
-
-    Raises:
-        ValueError: an id is unknown, or the reply is not as long as `ids` make it.
-    """
-    packets, layout = _reply_layout(tuple(ids))
-    if len(reply) != layout.size:
-        raise ValueError(f"reply of {len(reply)} bytes where {layout.size} are due")
-    return dict(zip(packets, layout.unpack(reply), strict=True))
-
-
 def encode_packets(
     ids: Iterable[int], values: Mapping[Packet, int], unlimited: Packet | None = None
 ) -> bytes:
@@ -296,3 +284,15 @@ class Stasis(IntFlag):
 
     TOGGLING = 1
     DISABLED = 2
+
+
+class DockBeam(IntFlag):
+    """Beams of a dock at an infrared receiver: packets 17, 52 and 53 (manual, pages 26 to 27).
+
+    For a robot that faces the dock, the green beam is on the left and the red one on the right; the
+    force field surrounds the dock.
+    """
+
+    FORCE_FIELD = 1
+    GREEN = 4
+    RED = 8

@@ -21,12 +21,8 @@ PLACE = 0.25
 """Edge of a place, a cell of the plan [m]."""
 _STRIDE = 4
 """Every so many pixels of every so many rows are looked at."""
-_USUAL_SHARE = 0.24
-"""Of places of which it is not known: the mean of those in a rehearsal."""
 _LEAST_SHARE = 0.08
 """A place that takes a smaller share of its patch is left out."""
-_FARTHEST_PATCH = 20.0
-"""A patch farther away stands for no place: by depth, each would take too little of it [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,29 +90,6 @@ def footprint(
         (sums[kept] / pixels[kept, None]).astype(np.float32),
         _around(boxes, finest)[patch[first[kept]]],
         np.minimum(pixels[kept] / area, 1.0).astype(np.float32),
-    )
-
-
-def patch_footprint(
-    points_cam: NDArray[np.float64], T_map_cam: SE3, boxes: NDArray[np.int32]
-) -> Footprint:
-    """The footprint of a frame whose depth image is not known.
-
-    Args:
-        points_cam: (M, 3) mean points of the frame's elements, in `cam` [m].
-        T_map_cam: Where the camera was.
-        boxes: (M, 4) of the elements, at least one, as of `footprint`.
-    """
-    widths, (width, _, _) = boxes[:, 2] - boxes[:, 0], _scales(boxes)
-    near = np.linalg.norm(points_cam, axis=1) <= _FARTHEST_PATCH
-    finest = np.flatnonzero(near & (widths == width))
-    cells = np.floor(transform(T_map_cam, points_cam[finest])[:, :2] / PLACE)
-    _, first = np.unique(cells, axis=0, return_index=True)
-    chosen = finest[np.sort(first)]
-    return Footprint(
-        points_cam[chosen].astype(np.float32),
-        _around(boxes, finest)[chosen],
-        np.full(len(chosen), _USUAL_SHARE, np.float32),
     )
 
 

@@ -2,34 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
-from mapping.keyframes.selection import Keyframe
-from mapping.keyframes.tracked_pose import TrackedPose
+from mapping.keyframes.frame import Frame, Keyframe
 from mapping.odometry.config import FeatureConfig, GatingConfig, OdometryConfig
-from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
+from mapping.odometry.dead_reckoned_pose import (
+    DeadReckonedPose,
+    agrees_with_wheels,
+    is_not_ruled_out_by_gyro,
+)
 from mapping.odometry.features import Features
-from mapping.odometry.gating import agrees_with_gyro, agrees_with_wheels, is_sure, turns_like_gyro
 from mapping.odometry.rgbd_odometry import RelativePose, chained, relative_pose
-from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MotionPrior:
-    """What is expected of a frame before its image is looked at.
-
-    Attributes:
-        T_last_cam: Motion of the camera since the frame before.
-        wheel_only: (2,) distance and turn since images were last believed [m, rad]; None without
-            wheels.
-    """
-
-    T_last_cam: SE3
-    wheel_only: NDArray[np.float64] | None
 
 
 class FrameMatcher:
@@ -75,7 +59,9 @@ class FrameMatcher:
             None if too few corners match, or if the gyroscope contradicts the turn.
         """
         found = self.between(keyframe.features, features, T_keyframe_cam, share, once=once)
-        return found if found is not None and self._turns_like_gyro(keyframe, found, now) else None
+        before, T, gates = keyframe.dead_reckoned, self._T_base_cam, self._gates
+        believed = found is not None and is_not_ruled_out_by_gyro(found, T, before, now, gates)
+        return found if believed else None
 
     def between(
         self,
@@ -106,13 +92,7 @@ class FrameMatcher:
         return self.between(keyframe.features, features, np.eye(4), 1.0) is not None
 
     def track(
-        self,
-        keyframe: Keyframe,
-        last: tuple[Features, RelativePose] | None,
-        features: Features,
-        pose: TrackedPose,
-        prior: MotionPrior,
-        shares: tuple[float, ...],
+        self, keyframe: Keyframe, frame: Frame, last: Frame, shares: tuple[float, ...]
     ) -> RelativePose | None:
         """Measure a frame in the keyframe in which the frame before was measured.
 
@@ -121,57 +101,31 @@ class FrameMatcher:
 
         Args:
             keyframe: The reference keyframe.
-            last: Corners of the frame before and its pose in the keyframe; None if images did not
-                give that pose.
-            features: Corners of the frame.
-            pose: Of the frame before, with dead reckoning at this frame.
-            prior: The motion since then as predicted.
+            frame: Its pose is predicted.
+            last: The frame before.
             shares: Radii of the search, one after another, as fractions of the image's width.
         """
-        motion, now = prior.T_last_cam, pose.dead_reckoned
-        predicted = pose.T_reference_cam @ motion
+        features, now, wheel_only = frame.features, frame.dead_reckoned, frame.wheel_only
         best: RelativePose | None = None
         for share in shares:
-            found = self.match(keyframe, features, predicted, share, now)
-            if found is not None and self.agrees_with_wheels(found, predicted, prior.wheel_only):
-                best = _better(best, found)
+            found = self.match(keyframe, features, frame.predicted, share, now)
+            if found is not None and agrees_with_wheels(
+                found, frame.predicted, wheel_only, self._gates
+            ):
+                best = found if best is None or found.inliers > best.inliers else best
             if best is not None and best.inliers >= self._gates.sure_inliers:
                 break
-            if last is None:
+            if last.measured is None:
                 continue
-            step = self.between(last[0], features, motion, share)
-            if step is not None and self.agrees_with_wheels(step, motion, prior.wheel_only):
-                by_last = chained(last[1], step)
-                if self._turns_like_gyro(keyframe, by_last, now):
-                    best = _better(best, by_last)
+            step = self.between(last.features, features, frame.T_last_cam, share)
+            if step is not None and agrees_with_wheels(
+                step, frame.T_last_cam, wheel_only, self._gates
+            ):
+                found = chained(last.measured, step)
+                if is_not_ruled_out_by_gyro(
+                    found, self._T_base_cam, keyframe.dead_reckoned, now, self._gates
+                ):
+                    best = found if best is None or found.inliers > best.inliers else best
             if best is not None and best.inliers >= self._gates.sure_inliers:
                 break
         return best
-
-    def agrees_with_wheels(
-        self, found: RelativePose, predicted: SE3, wheel_only: NDArray[np.float64] | None
-    ) -> bool:
-        """Whether wheels do not rule a pose out; always so without wheels (`wheel_only` None)."""
-        return wheel_only is None or agrees_with_wheels(found, predicted, wheel_only, self._gates)
-
-    def agrees_with_gyro(
-        self, keyframe: Keyframe, found: RelativePose | None, now: DeadReckonedPose | None
-    ) -> bool:
-        """Whether images confirm the gyroscope's turn since a keyframe; True if unknown."""
-        if keyframe.dead_reckoned is None or now is None or found is None:
-            return True
-        T_before_now = self._T_base_cam @ found.T_keyframe_cam @ invert(self._T_base_cam)
-        return agrees_with_gyro(T_before_now, keyframe.dead_reckoned, now, self._gates)
-
-    def _turns_like_gyro(
-        self, keyframe: Keyframe, found: RelativePose, now: DeadReckonedPose | None
-    ) -> bool:
-        if keyframe.dead_reckoned is None or now is None:
-            return True
-        T_before_now = self._T_base_cam @ found.T_keyframe_cam @ invert(self._T_base_cam)
-        sure = is_sure(found, self._gates)
-        return turns_like_gyro(T_before_now, sure, keyframe.dead_reckoned, now, self._gates)
-
-
-def _better(best: RelativePose | None, found: RelativePose) -> RelativePose:
-    return found if best is None or found.inliers > best.inliers else best

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.keyframes.config import KeyframeConfig, PlaceIndexConfig, PoseGraphConfig
+from mapping.keyframes.frame import Frame, Keyframe
+from mapping.keyframes.frame_matcher import FrameMatcher
 from mapping.keyframes.place_index import PlaceIndex
 from mapping.keyframes.pose_graph import PoseGraph
-from mapping.keyframes.selection import Keyframe, nearby
-from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
+from mapping.odometry.config import GatingConfig
+from mapping.odometry.dead_reckoned_pose import DeadReckonedPose, agrees_with_gyro
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.geometry import invert, rotation_angle
@@ -25,18 +27,23 @@ class KeyframeMap:
 
     Attributes:
         poses: T_map_cam of every keyframe by its id, after the latest update of the graph.
+        matcher: Measures frames in its keyframes.
     """
 
     def __init__(
         self,
+        matcher: FrameMatcher,
         T_base_cam: SE3,
         keyframes: KeyframeConfig,
         graph: PoseGraphConfig,
         places: PlaceIndexConfig,
+        gates: GatingConfig,
     ) -> None:
         self.poses: dict[int, SE3] = {}
+        self.matcher = matcher
         self._T_base_cam = T_base_cam
         self._config = keyframes
+        self._gates = gates
         self._graph = PoseGraph(T_base_cam, graph)
         self._places = PlaceIndex(places)
         self._keyframes: dict[int, Keyframe] = {}
@@ -46,9 +53,6 @@ class KeyframeMap:
         self._wheel_linked: set[tuple[int, int]] = set()
         self._blank: list[int] = []
 
-    def __len__(self) -> int:
-        return len(self._keyframes)
-
     def __getitem__(self, keyframe: int) -> Keyframe:
         return self._keyframes[keyframe]
 
@@ -57,20 +61,71 @@ class KeyframeMap:
         """Pairs of keyframes between which a loop is closed."""
         return self._graph.closures
 
-    def is_recent(self, keyframe: int) -> bool:
-        """Whether dead reckoning still gives the motion since a keyframe."""
-        return keyframe in self._recent[-self._config.links :]
+    def recent(self) -> list[int]:
+        """Ids of the keyframes since which dead reckoning still gives the motion."""
+        return self._recent[-self._config.links :]
 
-    def dead_reckoned_from(
-        self, keyframe: int, now: DeadReckonedPose | None
-    ) -> DeadReckonedPose | None:
-        """Dead reckoning `now`, if it still gives the motion since a keyframe; else None."""
-        return now if self.is_recent(keyframe) else None
+    def track(self, frame: Frame, last: Frame, shares: tuple[float, ...]) -> RelativePose | None:
+        """Measure a frame in its reference keyframe; arguments as for `FrameMatcher.track`."""
+        return self.matcher.track(self._keyframes[frame.reference], frame, last, shares)
+
+    def matches(
+        self, frame: Frame, expected: Mapping[int, tuple[SE3, float]], *, once: bool = False
+    ) -> dict[int, RelativePose]:
+        """Measure a frame in several keyframes, as `FrameMatcher.match` does.
+
+        Args:
+            frame: To be measured.
+            expected: Of each keyframe, by its id, the predicted pose of the frame in it, and the
+                radius of the search.
+            once: As for `FrameMatcher.match`.
+
+        Returns:
+            The frame in those keyframes that it matches. The gyroscope has a say as long as dead
+            reckoning gives the motion since a keyframe.
+        """
+        recent, found = self.recent(), {}
+        for keyframe, (T_keyframe_cam, share) in expected.items():
+            now = frame.dead_reckoned if keyframe in recent else None
+            match = self.matcher.match(
+                self._keyframes[keyframe], frame.features, T_keyframe_cam, share, now, once=once
+            )
+            if match is not None:
+                found[keyframe] = match
+        return found
+
+    def is_due(self, keyframe: int, T_keyframe_cam: SE3, measured: RelativePose | None) -> bool:
+        """Whether a frame at `T_keyframe_cam` of a keyframe should become the next."""
+        if not self.is_covered(T_keyframe_cam):
+            return True
+        config = self._config
+        corners = len(self._keyframes[keyframe].features.pixels)
+        enough = min(config.inliers, config.inlier_share * corners)
+        return measured is not None and measured.inliers < enough
+
+    def show_less(self, keyframes: Iterable[int], corners: int) -> bool:
+        """Whether each of some keyframes shows fewer corners than that."""
+        return all(len(self._keyframes[each].features.pixels) < corners for each in keyframes)
+
+    def is_covered(self, T_keyframe_cam: SE3) -> bool:
+        """Whether a keyframe shows what a frame at `T_keyframe_cam` of it shows."""
+        near = np.linalg.norm(T_keyframe_cam[:3, 3]) < self._config.distance
+        return bool(near and rotation_angle(T_keyframe_cam) < self._config.angle)
 
     def nearby(self, T_map_cam: SE3, but: int | None = None) -> list[int]:
         """Ids of keyframes that may see what a camera sees, nearest first, without `but`."""
-        others = (keyframe for keyframe in self._keyframes if keyframe != but)
-        return nearby(self.poses, others, T_map_cam, self._config)
+        config = self._config
+        keyframes = np.array([each for each in self._keyframes if each != but], np.int64)
+        if len(keyframes) == 0:
+            return []
+        Ts_near = np.stack([self.poses[keyframe] for keyframe in keyframes.tolist()])
+        distances = np.linalg.norm(Ts_near[:, :3, 3] - T_map_cam[:3, 3], axis=1)
+        traces = np.einsum("nij,ij->n", Ts_near[:, :3, :3], T_map_cam[:3, :3])
+        angles = np.arccos(np.clip((traces - 1) / 2, -1, 1))
+        remoteness = distances / config.closure_distance + angles / config.closure_angle
+        near = (distances <= config.closure_distance) & (angles <= config.closure_angle)
+        order = np.argsort(remoteness[near], kind="stable")
+        return [int(keyframe) for keyframe in keyframes[near][order]]
 
     def nearest(self, T_map_cam: SE3) -> int:
         """Id of the keyframe nearest to a camera in distance plus angle."""
@@ -92,9 +147,9 @@ class KeyframeMap:
         """Ids of the keyframes that look most like an image, the best first."""
         return [keyframe for keyframe, _ in self._places.most_similar(features, count)]
 
-    def add_first(self, features: Features, dead_reckoned: DeadReckonedPose | None) -> int:
+    def add_first(self, frame: Frame) -> int:
         """Add the first keyframe, with the base at the map's origin; return its id."""
-        self._add(0, features, dead_reckoned)
+        self._add(0, frame.features, frame.dead_reckoned)
         self._graph.add_keyframe(0, self._T_base_cam, fixed=True)
         self.poses = self._graph.update()
         return 0
@@ -119,32 +174,42 @@ class KeyframeMap:
 
     def insert(
         self,
+        frame: Frame,
         features: Features,
-        dead_reckoned: DeadReckonedPose | None,
-        T_map_cam: SE3,
-        reference: int,
         links: Mapping[int, RelativePose],
         wheel_only: NDArray[np.float64],
-        *,
-        gyro: bool,
     ) -> int:
         """Add a keyframe and solve.
 
         Args:
-            features: Its corners.
-            dead_reckoned: Dead reckoning at the keyframe; None without wheels.
-            T_map_cam: Its pose before solving.
-            reference: Id of the keyframe that dead reckoning and the frames until now refer to.
+            frame: The frame that becomes one.
+            features: What is kept of its corners.
             links: The new camera in other keyframes by images, by id.
             wheel_only: (2,) distance and turn since the reference that images did not see
                 [m, rad].
-            gyro: Whether the gyroscope is believed since the reference.
 
         Returns:
             The id of the new keyframe.
         """
+        dead_reckoned, reference = frame.dead_reckoned, frame.reference
         new, before = max(self._keyframes) + 1, self._keyframes[reference].dead_reckoned
-        recent = {keyframe for keyframe in links if self.is_recent(keyframe)}
+        T_map_cam = self.poses[reference] @ frame.T_reference_cam
+        recent = self.recent()
+        self._add(new, features, dead_reckoned)
+        by_gyro: tuple[SE3, float] | None = None
+        if dead_reckoned is not None and before is not None:
+            by_wheels = dead_reckoned.by_wheels_since(before)
+            believed = frame.measured is None or agrees_with_gyro(
+                self._T_base_cam @ frame.measured.T_keyframe_cam @ invert(self._T_base_cam),
+                before,
+                dead_reckoned,
+                self._gates,
+            )
+            # Else both are of the same image.
+            is_later = dead_reckoned.stamp > before.stamp
+            if believed and is_later and dead_reckoned.gyro_since(before):
+                sigma = dead_reckoned.chained_gyro_sigma_since(before)
+                by_gyro = dead_reckoned.since(before), sigma
         self._graph.add_keyframe(new, T_map_cam)
         # All links share the noise of the new image: they say less than independent ones would.
         shared = (len(links) + 1) / 2
@@ -166,16 +231,13 @@ class KeyframeMap:
                 # Images gave part of the motion until they failed.
                 T_reference_new = invert(self.poses[reference]) @ T_map_cam
                 self._add_wheel_only_motion(reference, new, T_reference_new, wheel_only)
-            elif dead_reckoned.stamp > before.stamp:  # else both are of the same image
-                motion = dead_reckoned.by_wheels_since(before)
-                self._graph.add_wheel_motion(reference, new, motion)
-            if gyro and dead_reckoned.stamp > before.stamp and dead_reckoned.gyro_since(before):
-                sigma = dead_reckoned.chained_gyro_sigma_since(before)
-                self._graph.add_gyro_turn(reference, new, dead_reckoned.since(before), sigma)
+            elif is_later:
+                self._graph.add_wheel_motion(reference, new, by_wheels)
+            if by_gyro is not None:
+                self._graph.add_gyro_turn(reference, new, *by_gyro)
         elif not links:
             T_reference_cam = invert(self.poses[reference]) @ T_map_cam
             self._graph.add_unknown_motion(reference, new, T_reference_cam)
-        self._add(new, features, dead_reckoned)
         self.poses = self._graph.update()
         return new
 
@@ -255,6 +317,6 @@ class KeyframeMap:
     ) -> None:
         self._keyframes[keyframe] = Keyframe(features, dead_reckoned)
         self._recent.append(keyframe)
-        if len(features) == 0:
+        if len(features.pixels) == 0:
             self._blank.append(keyframe)
         self._places.add(keyframe, features)

@@ -64,7 +64,7 @@ class PlaceIndex:
 
     def _words_of(self, features: Features) -> NDArray[np.int32]:
         """Distinct words (M,), sorted; those of table t start at t << bits."""
-        if len(features) == 0:
+        if len(features.pixels) == 0:
             return np.zeros(0, np.int32)
         bits = np.unpackbits(features.descriptors.view(np.uint8), axis=1)
         weights = 1 << np.arange(self._config.bits)

@@ -115,16 +115,21 @@ class DepthMapper:
             depth: Distance along the optical axis.
             intrinsics: Of the depth image.
         """
-        T_level_cam = invert(level_pose(T_map_cam)) @ T_map_cam
+        T_map_level = level_pose(T_map_cam)
+        T_level_cam = invert(T_map_level) @ T_map_cam
         scan = flatten(depth, intrinsics, T_level_cam, self._config.scan)
-        self.add_scan(keyframe, T_keyframe_cam, T_map_cam, scan)
+        self._add_scan(keyframe, T_map_level, T_map_cam @ invert(T_keyframe_cam), scan)
 
     def add_scan(
         self, keyframe: int, T_keyframe_cam: SE3, T_map_cam: SE3, scan: PlanarScan
     ) -> None:
         """Add the scan of a depth image; poses as for `integrate`."""
-        T_map_level = level_pose(T_map_cam)
         T_map_keyframe = T_map_cam @ invert(T_keyframe_cam)
+        self._add_scan(keyframe, level_pose(T_map_cam), T_map_keyframe, scan)
+
+    def _add_scan(
+        self, keyframe: int, T_map_level: SE3, T_map_keyframe: SE3, scan: PlanarScan
+    ) -> None:
         self._painted_at.setdefault(keyframe, T_map_keyframe)
         self._keep_scan(keyframe, invert(T_map_keyframe) @ T_map_level, scan)
         self._newest = keyframe

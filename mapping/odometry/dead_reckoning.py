@@ -13,13 +13,10 @@ import gtsam
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.odometry.config import (
-    DeadReckoningConfig,
-)
+from mapping.odometry.config import DeadReckoningConfig, TurnCalibrationConfig
 from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
 from mapping.odometry.gyro_faults import GyroFaults, GyroVote
 from mapping.odometry.rgbd_odometry import RelativePose
-from mapping.odometry.turn_calibration import TurnCalibration
 from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
@@ -67,6 +64,7 @@ class DeadReckoning:
         turn = self._wheels.corrected(yaw_of(step), float(step[0, 3]), 0.0)
         by_wheels = _turning(step, turn)
         step, variance, faulty = by_wheels, 0.0, False
+        bias_sigma, scale_sigma = self._gyro.sigma(0.0, 0.0, 1.0), self._gyro.sigma(1.0, 0.0, 0.0)
         if measured and self._knows_bias:
             turn, variance = self._turned(frame.imu, before.stamp, frame.stamp)
             step = _turning(step, turn)
@@ -80,8 +78,8 @@ class DeadReckoning:
             without,
             frame.stamp,
             before.turn_variance + variance,
-            self._gyro.sigma(0.0, 0.0, 1.0),
-            self._gyro.sigma(1.0, 0.0, 0.0),
+            bias_sigma,
+            scale_sigma,
             before.turned + yaw_of(step),
         )
         if faulty:
@@ -100,19 +98,19 @@ class DeadReckoning:
             return
         T_before_now = T @ seen.T_keyframe_cam @ invert(T)
         variance = seen.heading_variance(T)
-        by_wheels = now.by_wheels_since(before)
-        turn, off = yaw_of(by_wheels), yaw_of(invert(T_before_now) @ by_wheels)
+        by_wheels, by_gyro = now.by_wheels_since(before), now.since(before)
+        has_gyro = now.gyro_since(before)
+        turn, wheels_off = yaw_of(by_wheels), yaw_of(invert(T_before_now) @ by_wheels)
         noise = variance + self._config.wheel_noise**2
-        self._wheels.learn(turn, float(by_wheels[0, 3]), 0.0, off, noise)
-        if now.gyro_since(before):
-            by_wheels_off = off
-            turn, off = now.turned - before.turned, yaw_of(invert(T_before_now) @ now.since(before))
-            if abs(off) < abs(by_wheels_off):
-                self._faults.reset()
+        self._wheels.learn(turn, float(by_wheels[0, 3]), 0.0, wheels_off, noise)
+        if has_gyro:
+            turn, off = now.turned - before.turned, yaw_of(invert(T_before_now) @ by_gyro)
             noise = variance + now.turn_variance - before.turn_variance
             period = now.stamp - before.stamp
             self._gyro.learn(turn, 0.0, period, off, noise)
-            if self._vote.outvotes(off, by_wheels_off, period, variance):
+            if abs(off) < abs(wheels_off):
+                self._faults.reset()
+            if self._vote.outvotes(off, wheels_off, period, variance):
                 self._discard_bias()
 
     @property
@@ -186,6 +184,68 @@ class DeadReckoning:
         """Update the bias while the wheels stand; whether its former value explains the samples."""
         turned, variance = self._turned(imu, start, end)
         return self._gyro.learn(0.0, 0.0, end - start, turned, variance)
+
+
+class TurnCalibration:
+    """A Kalman filter of the errors for each radian, metre and second of a source of turns.
+
+    A gyroscope's sensitivity is off by up to some percent, its bias drifts as it warms up, wheels
+    wear and sink into carpets. These errors persist: a pose graph that takes them for noise turns
+    with them, one way all the time.
+    """
+
+    def __init__(self, config: TurnCalibrationConfig) -> None:
+        self._config = config
+        self._error = np.zeros(3)
+        self._covariance = np.diag((config.per_radian**2, config.per_metre**2, 0.0))
+
+    def corrected(self, turn: float, distance: float, period: float) -> float:
+        """Correct a turn [rad] that was measured over a signed distance [m] and a time [s]."""
+        return float(turn - self._error @ (turn, distance, period))
+
+    def sigma(self, turn: float, distance: float, period: float) -> float:
+        """Standard deviation of a corrected turn [rad]."""
+        over = np.array((turn, distance, period))
+        least = self._config.least * np.abs(over[:2]).sum()
+        return float(np.hypot(np.sqrt(over @ self._covariance @ over), least))
+
+    def reset_rate(self, sigma: float) -> None:
+        """Set the error for each second to 0, with a standard deviation [rad/s]."""
+        self._error[2] = 0.0
+        self._covariance[2], self._covariance[:, 2] = 0.0, 0.0
+        self._covariance[2, 2] = sigma**2
+
+    def shift_rate(self, taken_out: float) -> None:
+        """Reduce the error for each second by what is corrected elsewhere from now on [rad/s]."""
+        self._error[2] -= taken_out
+
+    def predict(self, period: float) -> None:
+        """Let the error for each second drift for a time [s]."""
+        self._covariance[2, 2] += self._config.wander**2 * period
+
+    def learn(
+        self, turn: float, distance: float, period: float, off: float, variance: float
+    ) -> bool:
+        """Update with the error of a turn, unless it is larger than plausible.
+
+        Args:
+            turn: The corrected turn [rad].
+            distance: Driven meanwhile, signed [m].
+            period: Duration of the turn [s].
+            off: The corrected turn less a better measurement of it [rad].
+            variance: Of `off`, by noise alone [rad^2].
+
+        Returns:
+            Whether the error is plausible.
+        """
+        over = np.array((turn, distance, period))
+        spread = self._covariance @ over
+        expected = float(over @ spread) + variance
+        if off**2 > self._config.gate**2 * expected:
+            return False
+        self._error = self._error + spread * (off / expected)
+        self._covariance = self._covariance - np.outer(spread, spread) / expected
+        return True
 
 
 def _turning(step: SE3, turn: float) -> SE3:

@@ -1,7 +1,7 @@
-"""Corners with upright binary descriptors and depth, and their matching between two images.
+"""Corners with upright binary descriptors and depth.
 
 Corners are Shi and Tomasi's, refined below a pixel; descriptors are ORB's, taken upright because
-a robot's camera does not roll. Matching searches around the pixel where a corner is predicted.
+a robot's camera does not roll.
 """
 
 from __future__ import annotations
@@ -15,9 +15,6 @@ from numpy.typing import NDArray
 from mapping.odometry.config import FeatureConfig
 from vizbot.core.program.kernels import njit
 from vizbot.core.types import RGBDFrame
-
-_CELL = 16
-"""Edge [px] of the cells by which the search for a match is indexed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,103 +152,3 @@ def depth_at(
     median = around[row, last // 2]
     sure = (last >= 4) & (around[row, last] - around[:, 0] <= spread * median)
     return np.where(sure, median, 0.0)
-
-
-def match(
-    features: Features,
-    predicted: NDArray[np.float64],
-    others: Features,
-    radius: float,
-    config: FeatureConfig,
-) -> NDArray[np.int64]:
-    """Pairs (M, 2) of indices into `features` and `others` that are each other's best match.
-
-    Args:
-        features: Corners to look for.
-        predicted: (N, 2) pixel in the other image where each should lie; NaN to leave it out.
-        others: Corners of the other image.
-        radius: Of the search around the prediction [px].
-        config: Limits of a match.
-    """
-    if len(features) == 0 or len(others) == 0:
-        return np.zeros((0, 2), np.int64)
-    best: NDArray[np.int64] = _match(
-        features.descriptors,
-        predicted,
-        others.descriptors,
-        others.pixels,
-        radius,
-        config.max_hamming,
-        config.ratio,
-    )
-    matched = np.flatnonzero(best >= 0)
-    return np.column_stack((matched, best[matched]))
-
-
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _bits(word: np.uint64) -> np.int64:
-    """Number of ones, the parallel count of Hacker's Delight, figure 5-2."""
-    word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
-    word = (word & np.uint64(0x3333333333333333)) + (
-        (word >> np.uint64(2)) & np.uint64(0x3333333333333333)
-    )
-    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
-    return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
-
-
-@njit(  # type: ignore[untyped-decorator]
-    "i8[::1](u8[:,::1], f8[:,::1], u8[:,::1], f8[:,::1], f8, i8, f8)",
-    cache=True,
-    nogil=True,
-)
-def _match(
-    descriptors: NDArray[np.uint64],
-    predicted: NDArray[np.float64],
-    other_descriptors: NDArray[np.uint64],
-    other_pixels: NDArray[np.float64],
-    radius: float,
-    max_hamming: int,
-    ratio: float,
-) -> NDArray[np.int64]:
-    """Index (N,) of each corner's match, -1 for none."""
-    columns = int(other_pixels[:, 0].max()) // _CELL + 1
-    rows = int(other_pixels[:, 1].max()) // _CELL + 1
-    first = np.full((rows, columns), -1)
-    following = np.full(len(other_pixels), -1)
-    for j in range(len(other_pixels)):
-        row, column = int(other_pixels[j, 1]) // _CELL, int(other_pixels[j, 0]) // _CELL
-        following[j] = first[row, column]
-        first[row, column] = j
-    best = np.full(len(descriptors), -1)
-    owner = np.full(len(other_pixels), -1)
-    owner_distance = np.full(len(other_pixels), 257)
-    for i in range(len(descriptors)):
-        u, v = predicted[i, 0], predicted[i, 1]
-        if not (np.isfinite(u) and np.isfinite(v)):
-            continue
-        nearest, distance, second = -1, 257, 257
-        for row in range(
-            max(0, int((v - radius) // _CELL)), min(rows - 1, int((v + radius) // _CELL)) + 1
-        ):
-            for column in range(
-                max(0, int((u - radius) // _CELL)), min(columns - 1, int((u + radius) // _CELL)) + 1
-            ):
-                j = first[row, column]
-                while j >= 0:
-                    du, dv = other_pixels[j, 0] - u, other_pixels[j, 1] - v
-                    if du * du + dv * dv <= radius * radius:
-                        hamming = 0
-                        for k in range(4):
-                            hamming += _bits(descriptors[i, k] ^ other_descriptors[j, k])
-                        if hamming < distance:
-                            nearest, distance, second = j, hamming, distance
-                        elif hamming < second:
-                            second = hamming
-                    j = following[j]
-        if nearest < 0 or distance > max_hamming or distance > ratio * second:
-            continue
-        if distance < owner_distance[nearest]:
-            if owner[nearest] >= 0:
-                best[owner[nearest]] = -1
-            owner[nearest], owner_distance[nearest], best[i] = i, distance, nearest
-    return best

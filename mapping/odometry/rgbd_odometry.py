@@ -1,22 +1,26 @@
 """RGB-D odometry: the pose of a camera in the camera of a keyframe, from matched corners.
 
-A minimal pose finds the matches that agree; robust least squares then refine it
-(`mapping.odometry.pose_refinement`).
+Matching searches around the pixel where a corner is predicted. A minimal pose finds the matches
+that agree; robust least squares then refine it (`mapping.odometry.pose_refinement`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.odometry.config import FeatureConfig, OdometryConfig
-from mapping.odometry.features import Features, match
-from mapping.odometry.minimal_pose import minimal_pose
+from mapping.odometry.config import FeatureConfig, MinimalPoseConfig, OdometryConfig
+from mapping.odometry.features import Features
 from mapping.odometry.pose_refinement import Matches, refine
 from vizbot.core.geometry import invert, rotation_angle, transform
+from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
+
+_CELL = 16
+"""Edge [px] of the cells by which the search for a match is indexed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,14 +77,18 @@ def relative_pose(
     guided = matched(T_keyframe_cam, radius)
     best, best_score = None, -np.inf
     for attempt in range(config.attempts):
-        T = minimal_pose(*guided, intrinsics, config.minimal, attempt)
+        T = _minimal_pose(*guided, intrinsics, config.minimal, attempt)
         if T is None:
             break
         # Matches around a known pose are more and better: they judge it, and refine it.
         found = _refined(T, matched(T, config.verify_radius), camera, config)
         if found is None:
             continue
-        score = found.inliers - _surprise(found.T_keyframe_cam, T_keyframe_cam, config)
+        # Less half the squared Mahalanobis distance between the pose and its prediction.
+        off = invert(T_keyframe_cam) @ found.T_keyframe_cam
+        step = float(np.linalg.norm(off[:3, 3])) / config.motion_sigma
+        turn = rotation_angle(off) / config.turn_sigma
+        score = found.inliers - 0.5 * (step**2 + turn**2)
         if score > best_score:
             best, best_score = found, score
         if found.inliers >= config.sure_inliers:
@@ -104,13 +112,6 @@ def _refined(
     scatter = scatter + config.least_error**2 * hessian
     covariance = config.unmodelled * inverse @ scatter @ inverse
     return RelativePose(T, covariance, inliers, inliers / usable)
-
-
-def _surprise(T_keyframe_cam: SE3, predicted: SE3, config: OdometryConfig) -> float:
-    """Half the squared Mahalanobis distance between a pose and its prediction."""
-    T_predicted_cam = invert(predicted) @ T_keyframe_cam
-    step = float(np.linalg.norm(T_predicted_cam[:3, 3])) / config.motion_sigma
-    return 0.5 * (step**2 + (rotation_angle(T_predicted_cam) / config.turn_sigma) ** 2)
 
 
 def chained(first: RelativePose, second: RelativePose) -> RelativePose:
@@ -163,7 +164,7 @@ def _points(keyframe: Features, intrinsics: Intrinsics) -> NDArray[np.float64]:
         (
             (keyframe.pixels[:, 0] - intrinsics.cx) / intrinsics.fx,
             (keyframe.pixels[:, 1] - intrinsics.cy) / intrinsics.fy,
-            np.ones(len(keyframe)),
+            np.ones(len(keyframe.pixels)),
         )
     )
     return np.where(measured[:, None], keyframe.points, rays * median)
@@ -178,3 +179,152 @@ def _projected(
     return np.column_stack(
         (intrinsics.fx * x / z + intrinsics.cx, intrinsics.fy * y / z + intrinsics.cy)
     )
+
+
+def match(
+    features: Features,
+    predicted: NDArray[np.float64],
+    others: Features,
+    radius: float,
+    config: FeatureConfig,
+) -> NDArray[np.int64]:
+    """Pairs (M, 2) of indices into `features` and `others` that are each other's best match.
+
+    Args:
+        features: Corners to look for.
+        predicted: (N, 2) pixel in the other image where each should lie; NaN to leave it out.
+        others: Corners of the other image.
+        radius: Of the search around the prediction [px].
+        config: Limits of a match.
+    """
+    if len(features.pixels) == 0 or len(others.pixels) == 0:
+        return np.zeros((0, 2), np.int64)
+    best: NDArray[np.int64] = _match(
+        features.descriptors,
+        predicted,
+        others.descriptors,
+        others.pixels,
+        radius,
+        config.max_hamming,
+        config.ratio,
+    )
+    matched = np.flatnonzero(best >= 0)
+    return np.column_stack((matched, best[matched]))
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
+def _bits(word: np.uint64) -> np.int64:
+    """Number of ones, the parallel count of Hacker's Delight, figure 5-2."""
+    word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
+    word = (word & np.uint64(0x3333333333333333)) + (
+        (word >> np.uint64(2)) & np.uint64(0x3333333333333333)
+    )
+    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
+
+
+@njit(  # type: ignore[untyped-decorator]
+    "i8[::1](u8[:,::1], f8[:,::1], u8[:,::1], f8[:,::1], f8, i8, f8)",
+    cache=True,
+    nogil=True,
+)
+def _match(
+    descriptors: NDArray[np.uint64],
+    predicted: NDArray[np.float64],
+    other_descriptors: NDArray[np.uint64],
+    other_pixels: NDArray[np.float64],
+    radius: float,
+    max_hamming: int,
+    ratio: float,
+) -> NDArray[np.int64]:
+    """Index (N,) of each corner's match, -1 for none."""
+    columns = int(other_pixels[:, 0].max()) // _CELL + 1
+    rows = int(other_pixels[:, 1].max()) // _CELL + 1
+    first = np.full((rows, columns), -1)
+    following = np.full(len(other_pixels), -1)
+    for j in range(len(other_pixels)):
+        row, column = int(other_pixels[j, 1]) // _CELL, int(other_pixels[j, 0]) // _CELL
+        following[j] = first[row, column]
+        first[row, column] = j
+    best = np.full(len(descriptors), -1)
+    owner = np.full(len(other_pixels), -1)
+    owner_distance = np.full(len(other_pixels), 257)
+    for i in range(len(descriptors)):
+        u, v = predicted[i, 0], predicted[i, 1]
+        if not (np.isfinite(u) and np.isfinite(v)):
+            continue
+        nearest, distance, second = -1, 257, 257
+        for row in range(
+            max(0, int((v - radius) // _CELL)), min(rows - 1, int((v + radius) // _CELL)) + 1
+        ):
+            for column in range(
+                max(0, int((u - radius) // _CELL)), min(columns - 1, int((u + radius) // _CELL)) + 1
+            ):
+                j = first[row, column]
+                while j >= 0:
+                    du, dv = other_pixels[j, 0] - u, other_pixels[j, 1] - v
+                    if du * du + dv * dv <= radius * radius:
+                        hamming = 0
+                        for k in range(4):
+                            hamming += _bits(descriptors[i, k] ^ other_descriptors[j, k])
+                        if hamming < distance:
+                            nearest, distance, second = j, hamming, distance
+                        elif hamming < second:
+                            second = hamming
+                    j = following[j]
+        if nearest < 0 or distance > max_hamming or distance > ratio * second:
+            continue
+        if distance < owner_distance[nearest]:
+            if owner[nearest] >= 0:
+                best[owner[nearest]] = -1
+            owner[nearest], owner_distance[nearest], best[i] = i, distance, nearest
+    return best
+
+
+def _minimal_pose(
+    pixels_k: NDArray[np.float64],
+    points_k: NDArray[np.float64],
+    pixels_c: NDArray[np.float64],
+    points_c: NDArray[np.float64],
+    intrinsics: Intrinsics,
+    config: MinimalPoseConfig,
+    seed: int,
+) -> SE3 | None:
+    """T_k_c between two images by RANSAC over minimal 3D-2D poses (P3P).
+
+    The points are those of the image that has more depth; None when too few matches agree.
+
+    Args:
+        pixels_k: (M, 2) of the matches in image k [px].
+        points_k: (M, 3) in its camera [m]; (0, 0, 0) without depth.
+        pixels_c: (M, 2) of the matches in image c [px].
+        points_c: (M, 3) in its camera [m]; (0, 0, 0) without depth.
+        intrinsics: Of both images.
+        config: Limits.
+        seed: Of the samples; equal seeds give equal poses.
+    """
+    depth_k, depth_c = points_k[:, 2] > 0, points_c[:, 2] > 0
+    forward = depth_k.sum() >= depth_c.sum()
+    points = points_k[depth_k] if forward else points_c[depth_c]
+    pixels = pixels_c[depth_k] if forward else pixels_k[depth_c]
+    if len(points) < config.agreeing:
+        return None
+    parameters = cv2.UsacParams()
+    parameters.confidence = 0.999
+    parameters.isParallel = False
+    parameters.loMethod = cv2.LOCAL_OPTIM_NULL
+    parameters.final_polisher = cv2.NONE_POLISHER
+    parameters.maxIterations = config.iterations
+    parameters.randomGeneratorState = seed
+    parameters.sampler = cv2.SAMPLING_UNIFORM
+    parameters.score = cv2.SCORE_METHOD_MSAC
+    parameters.threshold = config.error
+    found, _, rotation, translation, agreeing = cv2.solvePnPRansac(
+        points, pixels, intrinsics.K, np.zeros(4), params=parameters
+    )
+    if not found or agreeing is None or len(agreeing) < config.agreeing:
+        return None
+    T_pixels_points = np.eye(4)
+    T_pixels_points[:3, :3] = cv2.Rodrigues(rotation)[0]
+    T_pixels_points[:3, 3] = translation[:, 0]
+    return invert(T_pixels_points) if forward else T_pixels_points

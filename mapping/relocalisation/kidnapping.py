@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from mapping.keyframes.frame_matcher import FrameMatcher
+from mapping.keyframes.frame import Frame
 from mapping.keyframes.keyframe_map import KeyframeMap
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
 from mapping.relocalisation.config import KidnappingConfig
 from mapping.relocalisation.depth_consistency import DepthConsistency, corners_in_view
 from vizbot.core.geometry import invert
-from vizbot.core.types import SE3, Intrinsics, RGBDFrame
+from vizbot.core.types import Intrinsics
 
 
 class Kidnapping:
@@ -52,57 +52,39 @@ class Kidnapping:
         """Note that the robot was relocalised: earlier keyframes are no longer compared with."""
         self._confirmed.clear()
 
-    def compare(self, before: Features, motion: SE3, steady: int, frame: RGBDFrame) -> None:
-        """Look for a break between the frame before and a frame that matches nothing in the map.
-
-        Args:
-            before: Corners of the frame before.
-            motion: T_before_cam as predicted.
-            steady: Number of corners that match between the two frames.
-            frame: The frame.
-        """
-        if steady > 0:
-            return
-        self._broke_off = True
-        self._moved |= not self._consistency.confirms(before, motion, frame.depth)
-        rich = corners_in_view(before, motion, self._intrinsics) >= self._config.broken
-        self._suspects |= rich and self._consistency.contradicts(before, motion, frame.depth)
-
     def is_elsewhere(
-        self,
-        frame: RGBDFrame,
-        features: Features,
-        keyframes: KeyframeMap,
-        matcher: FrameMatcher,
-        reference: int,
-        T_reference_cam: SE3,
-        steady: int,
+        self, frame: Frame, last: Features, steady: int, keyframes: KeyframeMap
     ) -> bool:
-        """Whether a further frame that matches nothing completes the evidence.
+        """Whether a further frame that matches nothing in the map completes the evidence.
 
         Args:
-            frame: The frame; it counts less where its depth confirms the pose.
-            features: Corners of the frame.
-            keyframes: The map, of which the frame should show a part.
-            matcher: Checks whether it does, at whatever pose: a match that only wheels or gyroscope
-                reject is no evidence.
-            reference: Id of the keyframe that the robot has been measured in.
-            T_reference_cam: Predicted pose of the frame.
-            steady: Number of corners that match the frame before. A blurred frame is no evidence,
-                and without a break the robot was not carried.
+            frame: Its pose is predicted; it counts less where its depth confirms that.
+            last: Corners of the frame before.
+            steady: Number of corners that match between the two frames. A blurred frame is no
+                evidence, and without a break between them the robot was not carried.
+            keyframes: The map, of which the frame should show a part. What it shows at another
+                pose, which wheels or gyroscope reject, is no evidence.
         """
-        T_map_cam = keyframes.poses[reference] @ T_reference_cam
-        near = [k for k in keyframes.nearby(T_map_cam, but=reference) if keyframes.is_recent(k)]
+        features, depth, motion = frame.features, frame.image.depth, frame.T_last_cam
+        if steady == 0:
+            self._broke_off = True
+            self._moved |= not self._consistency.confirms(last, motion, depth)
+            rich = corners_in_view(last, motion, self._intrinsics) >= self._config.broken
+            self._suspects |= rich and self._consistency.contradicts(last, motion, depth)
+        reference = frame.reference
+        T_map_cam = keyframes.poses[reference] @ frame.predicted
+        recent = keyframes.recent()
+        near = [k for k in keyframes.nearby(T_map_cam, but=reference) if k in recent]
         plenty = len(features) >= self._config.corners
         known = next((k for k in [reference, *near] if k in self._confirmed), reference)
         shown = keyframes[known].features
         expected = invert(keyframes.poses[known]) @ T_map_cam
         in_view = corners_in_view(shown, expected, self._intrinsics)
         if known in self._confirmed and in_view >= self._config.corners:
-            elsewhere = plenty and not matcher.shows(keyframes[known], features)
+            elsewhere = plenty and not keyframes.matcher.shows(keyframes[known], features)
             self.doubts = elsewhere or self._suspects
             contradicts = elsewhere and self._broke_off
-            in_place = self._consistency.confirms(shown, expected, frame.depth)
+            in_place = self._consistency.confirms(shown, expected, depth)
         else:  # no confirmed keyframe is there
             self.doubts = self._suspects
             contradicts = plenty and self._suspects

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from mapping.keyframes.frame_matcher import FrameMatcher
+from mapping.keyframes.frame import Frame, KeyframeMatch
 from mapping.keyframes.keyframe_map import KeyframeMap
-from mapping.keyframes.tracked_pose import KeyframeMatch
 from mapping.keyframes.wheel_only_motion import pose_difference
 from mapping.odometry.features import Features
 from mapping.odometry.rgbd_odometry import RelativePose
@@ -16,7 +15,7 @@ from mapping.relocalisation.config import RelocalisationConfig
 from mapping.relocalisation.depth_consistency import DepthConsistency, corners_in_view
 from mapping.relocalisation.local_map import LocalMap
 from vizbot.core.geometry import invert, rotation_angle
-from vizbot.core.types import SE3, Intrinsics, RGBDFrame
+from vizbot.core.types import SE3, Intrinsics
 
 
 class Relocaliser:
@@ -24,12 +23,14 @@ class Relocaliser:
 
     def __init__(
         self,
+        keyframe_map: KeyframeMap,
         intrinsics: Intrinsics,
         T_base_cam: SE3,
         consistency: DepthConsistency,
         config: RelocalisationConfig,
         local_map: LocalMap | None,
     ) -> None:
+        self._map = keyframe_map
         self._intrinsics = intrinsics
         self._T_base_cam = T_base_cam
         self._consistency = consistency
@@ -43,93 +44,62 @@ class Relocaliser:
         if self._local_map is not None:
             self._local_map.reset()
 
-    def recognise(
-        self,
-        frame: RGBDFrame,
-        features: Features,
-        keyframes: KeyframeMap,
-        matcher: FrameMatcher,
-        T_odom_base: SE3 | None,
-    ) -> KeyframeMatch | None:
-        """Find the keyframe that shows a frame's place.
+    def recognise(self, frame: Frame) -> KeyframeMatch | None:
+        """Find the keyframe that shows a frame's place; None while unsure.
 
         Images decide, unless obstacles rule out their result; else obstacles decide, and the
         keyframe is the nearest one.
-
-        Args:
-            frame: Newer than any before.
-            features: Corners of the frame.
-            keyframes: The map.
-            matcher: Measures the frame in keyframes.
-            T_odom_base: By dead reckoning; None without wheels.
-
-        Returns:
-            None while unsure.
         """
-        around = self._local_map
+        around, now = self._local_map, frame.dead_reckoned
+        T_odom_base = None if now is None else now.T_odom_base
         if around is not None and T_odom_base is not None:
-            around.add(frame, T_odom_base, self._T_base_cam)
-        found = self._by_images(features, keyframes, matcher, T_odom_base)
+            around.add(frame.image, T_odom_base, self._T_base_cam)
+        found = self._by_images(frame.features, T_odom_base)
         if found is None and around is not None and T_odom_base is not None:
-            found = self._by_obstacles(features, keyframes, matcher, around)
+            found = self._by_obstacles(frame.features, around)
         return found
 
-    def sure_matches(
-        self, features: Features, keyframes: KeyframeMap, matcher: FrameMatcher, before: int
-    ) -> Iterator[KeyframeMatch]:
+    def sure_matches(self, features: Features, before: int) -> Iterator[KeyframeMatch]:
         """Keyframes older than `before`, each of which a lost robot would believe at once.
 
         The best comes first.
         """
         if len(features) < self._config.alone:
             return
-        similar = keyframes.most_similar(features, self._config.candidates)
+        similar = self._map.most_similar(features, self._config.candidates)
         older = (keyframe for keyframe in similar if keyframe < before)
         found = [
             match
-            for match in _measured(older, features, keyframes, matcher)
+            for match in self._measured(older, features)
             if match.pose.inliers >= self._config.alone
         ]
         for match in sorted(found, key=lambda match: -match.pose.inliers):
-            if self._resembles(match, features, keyframes, matcher):
+            if self._resembles(match, features):
                 yield match
 
-    def _resembling(
-        self, features: Features, keyframes: KeyframeMap, matcher: FrameMatcher
-    ) -> list[KeyframeMatch]:
-        """Of the keyframes that look most like a frame, those in which it surely lies."""
-        similar = keyframes.most_similar(features, self._config.candidates)
-        return [
-            match
-            for match in _measured(similar, features, keyframes, matcher)
-            if self._resembles(match, features, keyframes, matcher)
-        ]
+    def _measured(self, candidates: Iterable[int], features: Features) -> Iterator[KeyframeMatch]:
+        """A frame in those keyframes that it matches, wherever it is there."""
+        for keyframe in candidates:
+            shown = self._map[keyframe].features
+            found = self._map.matcher.between(shown, features, np.eye(4), 1.0)
+            if found is not None:
+                yield KeyframeMatch(keyframe, found)
 
-    def _resembles(
-        self,
-        match: KeyframeMatch,
-        features: Features,
-        keyframes: KeyframeMap,
-        matcher: FrameMatcher,
-    ) -> bool:
+    def _resembles(self, match: KeyframeMatch, features: Features) -> bool:
         """Whether a frame surely lies in a keyframe."""
-        keyframe, found = keyframes[match.keyframe].features, match.pose
+        keyframe, found = self._map[match.keyframe].features, match.pose
         return self._is_sure(keyframe, features, found) and self._is_more_than_floor(
-            keyframe, features, found, matcher
+            keyframe, features, found
         )
 
-    def _by_obstacles(
-        self,
-        features: Features,
-        keyframes: KeyframeMap,
-        matcher: FrameMatcher,
-        around: LocalMap,
-    ) -> KeyframeMatch | None:
+    def _by_obstacles(self, features: Features, around: LocalMap) -> KeyframeMatch | None:
+        keyframes = self._map
         candidates, unambiguous = around.candidate_poses()
         for T_map_cam in candidates:
             for keyframe in keyframes.nearby(T_map_cam)[: self._config.candidates]:
                 expected = invert(keyframes.poses[keyframe]) @ T_map_cam
-                found = matcher.between(keyframes[keyframe].features, features, expected, 1.0)
+                shown = keyframes[keyframe].features
+                found = keyframes.matcher.between(shown, features, expected, 1.0)
                 if found is None or found.inliers < self._config.inliers:
                     continue
                 if pose_difference(expected, found.T_keyframe_cam).max() <= self._config.beside:
@@ -140,15 +110,12 @@ class Relocaliser:
         T_keyframe_cam = invert(keyframes.poses[keyframe]) @ candidates[0]
         return KeyframeMatch(keyframe, RelativePose(T_keyframe_cam, around.covariance, 0, 1.0))
 
-    def _by_images(
-        self,
-        features: Features,
-        keyframes: KeyframeMap,
-        matcher: FrameMatcher,
-        T_odom_base: SE3 | None,
-    ) -> KeyframeMatch | None:
-        config, around = self._config, self._local_map
-        sure = self._resembling(features, keyframes, matcher)
+    def _by_images(self, features: Features, T_odom_base: SE3 | None) -> KeyframeMatch | None:
+        config, around, keyframes = self._config, self._local_map, self._map
+        similar = keyframes.most_similar(features, config.candidates)
+        sure = [
+            match for match in self._measured(similar, features) if self._resembles(match, features)
+        ]
         if not sure:
             if T_odom_base is None:
                 self._hypotheses.clear()
@@ -199,9 +166,9 @@ class Relocaliser:
         )
 
     def _is_more_than_floor(
-        self, keyframe: Features, features: Features, found: RelativePose, matcher: FrameMatcher
+        self, keyframe: Features, features: Features, found: RelativePose
     ) -> bool:
-        above = matcher.between(
+        above = self._map.matcher.between(
             self._consistency.above_floor(keyframe),
             self._consistency.above_floor(features),
             found.T_keyframe_cam,
@@ -212,13 +179,3 @@ class Relocaliser:
             and pose_difference(found.T_keyframe_cam, above.T_keyframe_cam).max()
             <= self._config.beside
         )
-
-
-def _measured(
-    candidates: Iterable[int], features: Features, keyframes: KeyframeMap, matcher: FrameMatcher
-) -> Iterator[KeyframeMatch]:
-    """A frame in those keyframes that it matches, wherever it is there."""
-    for keyframe in candidates:
-        found = matcher.between(keyframes[keyframe].features, features, np.eye(4), 1.0)
-        if found is not None:
-            yield KeyframeMatch(keyframe, found)

@@ -7,106 +7,82 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.keyframes.frame_matcher import FrameMatcher
+from mapping.keyframes.frame import Frame, KeyframeMatch
 from mapping.keyframes.keyframe_map import KeyframeMap
-from mapping.keyframes.selection import is_covered, is_due
-from mapping.keyframes.tracked_pose import KeyframeMatch, TrackedPose
 from mapping.keyframes.wheel_only_motion import WheelOnlySpan, pose_difference
-from mapping.odometry.features import Features
-from mapping.odometry.gating import may_link
+from mapping.odometry.dead_reckoned_pose import may_link
 from mapping.odometry.rgbd_odometry import RelativePose, chained, reversed_pose
+from mapping.relocalisation.relocaliser import Relocaliser
 from mapping.slam.config import SlamConfig
-from mapping.slam.place_search import PlaceSearch
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3
 
 
 class LoopClosure:
-    """Closes loops in the map; it reads the tracked pose and does not change it."""
+    """Closes loops in the map; it reads frames and does not change them."""
 
     def __init__(
         self,
         keyframe_map: KeyframeMap,
-        matcher: FrameMatcher,
-        search: PlaceSearch,
+        relocaliser: Relocaliser,
         T_base_cam: SE3,
         config: SlamConfig,
     ) -> None:
         self._map = keyframe_map
-        self._matcher = matcher
-        self._search = search
+        self._relocaliser = relocaliser
         self._T_base_cam = T_base_cam
         self._config = config
         self._hypotheses: list[tuple[SE3, SE3]] = []
         self._doubted_first: int | None = None
 
-    def close_nearby(
-        self, features: Features, measured: RelativePose, pose: TrackedPose
-    ) -> KeyframeMatch | None:
-        """Close the loop to an older keyframe near by that shows the same as the frame.
+    def close(self, frame: Frame, spans: Sequence[WheelOnlySpan]) -> KeyframeMatch | None:
+        """Close the loop to an older keyframe that shows the same as a frame.
+
+        Keyframes near by come first. If none of them does, the frame may match the map from before
+        a wheel-only stretch: images came back on something new, as far off as the wheels may have
+        spun. Rows of windows and fences look alike from place to place, so another view, turned
+        well aside, must lead to the same place.
 
         Args:
-            features: Corners of a frame that would become a keyframe.
-            measured: The frame in its reference keyframe.
-            pose: Of the frame.
+            frame: Measured in its reference, and due to become a keyframe.
+            spans: Wheel-only stretches that no loop has closed, the oldest first.
 
         Returns:
             The older keyframe, which serves as the reference from now on; None if no loop closes.
         """
         config, keyframes = self._config, self._map
-        near = keyframes.nearby(pose.in_map(keyframes.poses), but=pose.reference)
+        near = keyframes.nearby(self._in_map(frame), but=frame.reference)
         for keyframe in near[: config.nearby_tries]:
-            expected = invert(keyframes.poses[keyframe]) @ pose.in_map(keyframes.poses)
-            if not is_covered(expected, config.keyframes):
+            # A loop that does not hold may have moved the keyframes.
+            T_map_cam = keyframes.poses[frame.reference] @ frame.T_reference_cam
+            expected = invert(keyframes.poses[keyframe]) @ T_map_cam
+            if not keyframes.is_covered(expected):
                 continue
-            found = self._matched(keyframe, features, expected, config.closure_search, pose)
-            if found is None or is_due(
-                keyframes[keyframe], found.T_keyframe_cam, found, config.keyframes
-            ):
-                continue
-            match = KeyframeMatch(keyframe, found)
-            if self._may_link(found, expected, pose) and self._closes(measured, match, pose):
-                return match
-        return None
+            matches = keyframes.matches(frame, {keyframe: (expected, config.closure_search)})
+            for found in matches.values():
+                if keyframes.is_due(keyframe, found.T_keyframe_cam, found):
+                    continue
+                match = KeyframeMatch(keyframe, found)
+                on_floor = None if frame.dead_reckoned is None else self._T_base_cam
+                if not may_link(found, expected, on_floor, config.gates):
+                    continue
+                if self._closes(frame, match):
+                    return match
+        return self._close_over(spans, frame) if spans else None
 
-    def close_over_spans(
-        self,
-        features: Features,
-        measured: RelativePose,
-        pose: TrackedPose,
-        spans: Sequence[WheelOnlySpan],
-    ) -> KeyframeMatch | None:
-        """Close the loop to the map from before a wheel-only stretch, if the frame matches it.
-
-        Images came back on something new, as far off as the wheels may have spun. Rows of windows
-        and fences look alike from place to place, so another view, turned well aside, must lead to
-        the same place.
-
-        Args:
-            features: As for `close_nearby`.
-            measured: As for `close_nearby`.
-            pose: As for `close_nearby`.
-            spans: Wheel-only stretches that no loop has closed, the oldest first.
-
-        Returns:
-            As `close_nearby`.
-        """
-        if not spans:
-            self._doubted_first = None
-            return None
+    def _close_over(self, spans: Sequence[WheelOnlySpan], frame: Frame) -> KeyframeMatch | None:
         # What was mapped after the newest stretch tells nothing about any.
-        for match in self._search.sure_matches(features, before=spans[-1].first):
+        for match in self._relocaliser.sure_matches(frame.features, before=spans[-1].first):
             T_old_cam = self._map.poses[match.keyframe] @ match.pose.T_keyframe_cam
-            slack = self._explaining_slack(match.keyframe, T_old_cam, pose, spans)
+            T_map_cam = self._in_map(frame)
+            slack = self._explaining_slack(match.keyframe, T_old_cam, T_map_cam, spans)
             if slack is not None:
-                T_map_cam = pose.in_map(self._map.poses)
                 confirmed = self._is_confirmed(slack[0], T_map_cam, T_old_cam)
-                holds = confirmed and self._closes(measured, match, pose, slack)
-                return match if holds else None
+                return match if confirmed and self._closes(frame, match, slack) else None
         return None
 
     def _explaining_slack(
-        self, keyframe: int, T_old_cam: SE3, pose: TrackedPose, spans: Sequence[WheelOnlySpan]
+        self, keyframe: int, T_old_cam: SE3, T_map_cam: SE3, spans: Sequence[WheelOnlySpan]
     ) -> tuple[int, NDArray[np.float64]] | None:
         """The newest span since a keyframe on which wheels may have erred that much.
 
@@ -114,7 +90,6 @@ class LoopClosure:
             The first keyframe after the span, and the bound (2,) of the error [m, rad].
         """
         gates = self._config.gates
-        T_map_cam = pose.in_map(self._map.poses)
         error = pose_difference(T_map_cam, T_old_cam)
         for span in reversed(spans):
             bound = gates.wheel_gate + gates.spin * span.motion
@@ -145,52 +120,42 @@ class LoopClosure:
         self._hypotheses = [*self._hypotheses, newest][-count:]
         return most and max(turns) >= self._config.keyframes.closure_angle
 
-    def links(
-        self, features: Features, measured: RelativePose | None, pose: TrackedPose
-    ) -> dict[int, RelativePose]:
+    def links(self, frame: Frame) -> dict[int, RelativePose]:
         """Measure a new keyframe in its reference, in the last few, and in the nearest older ones.
 
         Returns:
             The new camera in each keyframe that it may be linked to, by id.
         """
         config, keyframes = self._config, self._map
-        T_map_cam = pose.in_map(keyframes.poses)
-        links = {} if measured is None else {pose.reference: measured}
-        near = keyframes.nearby(T_map_cam, but=pose.reference)
-        recent = [keyframe for keyframe in near if keyframes.is_recent(keyframe)]
-        older = [keyframe for keyframe in near if not keyframes.is_recent(keyframe)]
-        for keyframe in recent + older[: config.keyframes.closures]:
-            expected = invert(keyframes.poses[keyframe]) @ T_map_cam
-            share = config.closure_search if keyframe in older else config.search
-            found = self._matched(keyframe, features, expected, share, pose, once=True)
-            if found is not None and self._may_link(found, expected, pose):
+        T_map_cam = self._in_map(frame)
+        near, newest = keyframes.nearby(T_map_cam, but=frame.reference), keyframes.recent()
+        recent = [keyframe for keyframe in near if keyframe in newest]
+        older = [keyframe for keyframe in near if keyframe not in newest]
+        expected = {
+            keyframe: (invert(keyframes.poses[keyframe]) @ T_map_cam, share)
+            for some, share in (
+                (recent, config.search),
+                (older[: config.keyframes.closures], config.closure_search),
+            )
+            for keyframe in some
+        }
+        links = {} if frame.measured is None else {frame.reference: frame.measured}
+        on_floor = None if frame.dead_reckoned is None else self._T_base_cam
+        for keyframe, found in keyframes.matches(frame, expected, once=True).items():
+            if may_link(found, expected[keyframe][0], on_floor, config.gates):
                 links[keyframe] = found
         return links
 
-    def _matched(
-        self,
-        keyframe: int,
-        features: Features,
-        expected: SE3,
-        share: float,
-        pose: TrackedPose,
-        *,
-        once: bool = False,
-    ) -> RelativePose | None:
-        now = self._map.dead_reckoned_from(keyframe, pose.dead_reckoned)
-        return self._matcher.match(self._map[keyframe], features, expected, share, now, once=once)
-
-    def _may_link(self, found: RelativePose, expected: SE3, pose: TrackedPose) -> bool:
-        on_floor = None if pose.dead_reckoned is None else self._T_base_cam
-        return may_link(found, expected, on_floor, self._config.gates)
+    def _in_map(self, frame: Frame) -> SE3:
+        return self._map.poses[frame.reference] @ frame.T_reference_cam
 
     def _closes(
         self,
-        measured: RelativePose,
+        frame: Frame,
         match: KeyframeMatch,
-        pose: TrackedPose,
         wheel_slack: tuple[int, NDArray[np.float64]] | None = None,
     ) -> bool:
         """Link the reference to a keyframe; whether the graph accepts the loop."""
-        link = chained(measured, reversed_pose(match.pose))
-        return self._map.close_loop(pose.reference, match.keyframe, link, wheel_slack)
+        assert frame.measured is not None
+        link = chained(frame.measured, reversed_pose(match.pose))
+        return self._map.close_loop(frame.reference, match.keyframe, link, wheel_slack)

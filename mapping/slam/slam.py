@@ -16,12 +16,11 @@ from dataclasses import replace
 import numpy as np
 
 from mapping.keyframes.anchors import Keyframes, KeyframeViews
-from mapping.keyframes.frame_matcher import FrameMatcher, MotionPrior
+from mapping.keyframes.frame import Frame, KeyframeMatch
+from mapping.keyframes.frame_matcher import FrameMatcher
 from mapping.keyframes.keyframe_map import KeyframeMap
-from mapping.keyframes.selection import is_due
-from mapping.keyframes.tracked_pose import KeyframeMatch, TrackedPose
 from mapping.keyframes.wheel_only_motion import WheelOnlyMotion
-from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
+from mapping.odometry.dead_reckoned_pose import agrees_with_wheels
 from mapping.odometry.dead_reckoning import DeadReckoning
 from mapping.odometry.features import NO_FEATURES, Features, detect
 from mapping.odometry.rgbd_odometry import RelativePose
@@ -31,10 +30,16 @@ from mapping.relocalisation.local_map import LocalMap
 from mapping.relocalisation.relocaliser import Relocaliser
 from mapping.slam.config import SlamConfig
 from mapping.slam.loop_closure import LoopClosure
-from mapping.slam.place_search import PlaceSearch
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert
-from vizbot.core.types import SE3, Intrinsics, PoseEstimate, RGBDFrame, Tracking
+from vizbot.core.types import (
+    SE3,
+    ImuSamples,
+    Intrinsics,
+    PoseEstimate,
+    RGBDFrame,
+    Tracking,
+)
 
 _log = logging.getLogger(__name__)
 
@@ -68,24 +73,24 @@ class Slam:
         self._T_base_cam = T_base_cam
         self._config = config
         self._dead_reckoning = DeadReckoning(T_base_cam, config.dead_reckoning)
-        self._matcher = FrameMatcher(
-            intrinsics, T_base_cam, config.features, config.odometry, config.gates
-        )
         consistency = DepthConsistency(intrinsics, T_base_cam, config.solid)
         self._kidnapping = Kidnapping(intrinsics, consistency, config.kidnapping)
-        self._relocaliser = Relocaliser(
-            intrinsics, T_base_cam, consistency, config.relocalisation, local_map
+        self._map = KeyframeMap(
+            FrameMatcher(intrinsics, T_base_cam, config.features, config.odometry, config.gates),
+            T_base_cam,
+            config.keyframes,
+            config.graph,
+            config.places,
+            config.gates,
         )
-        self._map = KeyframeMap(T_base_cam, config.keyframes, config.graph, config.places)
-        self._search = PlaceSearch(self._map, self._matcher, self._relocaliser, config)
-        self._loops = LoopClosure(self._map, self._matcher, self._search, T_base_cam, config)
-        self._pose = TrackedPose()
+        self._relocaliser = Relocaliser(
+            self._map, intrinsics, T_base_cam, consistency, config.relocalisation, local_map
+        )
+        self._loops = LoopClosure(self._map, self._relocaliser, T_base_cam, config)
         self._wheel_only = WheelOnlyMotion()
-        self._last: tuple[Features, RelativePose] | None = None
-        self._last_features = NO_FEATURES
-        self._T_last_cam = np.eye(4)
+        rgb, depth = np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.float32)
+        self._last = Frame(RGBDFrame(0.0, rgb, depth, intrinsics, ImuSamples.none()))
         self._in_saved_map = False
-        self._tracking = Tracking.TRACKING
 
     @property
     def closures(self) -> list[tuple[int, int]]:
@@ -110,8 +115,8 @@ class Slam:
             raise MapError("the saved map has no keyframe to know a place by; start without it")
         self._in_saved_map = True
         self._map.restore(keyframes, views)
-        self._pose = replace(self._pose, reference=int(keyframes.ids[0]))
-        self._tracking = Tracking.LOST
+        reference = int(keyframes.ids[0])
+        self._last = replace(self._last, reference=reference, tracking=Tracking.LOST)
 
     def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
         """Estimate where `frame` was taken.
@@ -120,26 +125,21 @@ class Slam:
             frame: Newer than any before.
             T_odom_base: Dead reckoning by the wheels at that time; None without a base.
         """
-        before = self._pose.dead_reckoned
-        now = None if T_odom_base is None else self._dead_reckoning.update(frame, T_odom_base)
-        self._pose = replace(self._pose, dead_reckoned=now)
-        features = detect(frame, self._config.features)
-        if len(self._map) == 0:
-            self._pose = replace(self._pose, reference=self._map.add_first(features, now))
-            self._last, self._last_features = (features, _ITSELF), features
-            return self._estimate(frame.stamp, True)
-        prior = self._motion_since(before)
-        T_map_last = self._pose.in_map(self._map.poses)
-        measured = self._locate(frame, features, prior)
-        self._last = None if measured is None else (features, measured)
-        self._last_features = features
-        regular = self._tracking is Tracking.TRACKING
-        T_map_cam = self._pose.in_map(self._map.poses)
-        self._T_last_cam = invert(T_map_last) @ T_map_cam if regular else np.eye(4)
-        new = self._is_due(features, measured) and not self._reuses_keyframe(features, measured)
-        if new:
-            self._insert(features, measured)
-        return self._estimate(frame.stamp, new)
+        poses, last = self._map.poses, self._last
+        seen = self._see(frame, T_odom_base)
+        if not poses:
+            first = replace(seen, reference=self._map.add_first(seen), measured=_ITSELF)
+            return self._estimate(first, frame.stamp, True)
+        T_map_last = poses[last.reference] @ last.T_reference_cam
+        found = self._locate(seen)
+        T_map_cam = self._map.poses[found.reference] @ found.T_reference_cam
+        regular = found.tracking is Tracking.TRACKING
+        found = replace(found, T_last_cam=invert(T_map_last) @ T_map_cam if regular else np.eye(4))
+        if not self._is_due(found):
+            return self._estimate(found, frame.stamp, False)
+        reused = self._reuse_keyframe(found)
+        kept = self._insert(found) if reused is None else reused
+        return self._estimate(kept, frame.stamp, reused is None)
 
     def lift(self, stamp: float) -> PoseEstimate:
         """Note that the robot hangs in the air: it is lost until it recognises where it stands.
@@ -149,188 +149,177 @@ class Slam:
         """
         self._kidnapping.reset()
         self._relocaliser.reset()
-        self._last, self._tracking = None, Tracking.LOST
-        self._pose = replace(self._pose, dead_reckoned=None)
-        return self._estimate(stamp, False)
+        lost = replace(self._last, measured=None, dead_reckoned=None, tracking=Tracking.LOST)
+        return self._estimate(lost, stamp, False)
 
-    def _motion_since(self, before: DeadReckonedPose | None) -> MotionPrior:
-        """What is expected of the newest frame, given dead reckoning at the frame before."""
-        now = self._pose.dead_reckoned
-        if now is None or before is None:
-            return MotionPrior(self._T_last_cam, None)
-        motion = invert(self._T_base_cam) @ now.since(before) @ self._T_base_cam
-        self._wheel_only.add_step(motion, now.gyro_since(before))
-        return MotionPrior(motion, self._wheel_only.motion)
+    def _see(self, image: RGBDFrame, T_odom_base: SE3 | None) -> Frame:
+        """What the newest frame shows, and where it is expected by the one before."""
+        last, now = self._last, None
+        if T_odom_base is not None:
+            now = self._dead_reckoning.update(image, T_odom_base)
+        features = detect(image, self._config.features)
+        motion, wheel_only = last.T_last_cam, None
+        if now is not None and last.dead_reckoned is not None:
+            T_last_base = now.since(last.dead_reckoned)
+            motion = invert(self._T_base_cam) @ T_last_base @ self._T_base_cam
+            self._wheel_only.add_step(motion, now.gyro_since(last.dead_reckoned))
+            wheel_only = self._wheel_only.motion
+        return replace(
+            last,
+            image=image,
+            features=features,
+            dead_reckoned=now,
+            T_last_cam=motion,
+            wheel_only=wheel_only,
+            predicted=last.T_reference_cam @ motion,
+            measured=None,
+        )
 
-    def _locate(
-        self, frame: RGBDFrame, features: Features, prior: MotionPrior
-    ) -> RelativePose | None:
-        """Find the frame in a keyframe, and set the pose and what it rests on."""
-        config, pose, before = self._config, self._pose, self._tracking
-        predicted = pose.T_reference_cam @ prior.T_last_cam
+    def _locate(self, frame: Frame) -> Frame:
+        """Find a frame in a keyframe, and judge what its pose rests on."""
+        config, before = self._config, frame.tracking
         if before is Tracking.LOST:
-            measured, now = self._relocalise(frame, features), Tracking.RELOCALISED
+            found, now = self._relocalise(frame), Tracking.RELOCALISED
         else:
             shares = config.search, config.wide_search
-            measured = self._matcher.track(
-                self._map[pose.reference], self._last, features, pose, prior, shares
-            )
-            now = Tracking.TRACKING
-            if measured is None:
-                measured = self._regain(features, prior)
-        if measured is not None:
-            if now is Tracking.RELOCALISED:
-                self._kidnapping.forget_confirmed()
-            self._kidnapping.confirm(self._pose.reference, measured)
-            self._relocaliser.reset()
-            self._pose = replace(self._pose, T_reference_cam=measured.T_keyframe_cam)
+            measured, now = self._map.track(frame, self._last, shares), Tracking.TRACKING
+            found = self._regain(frame) if measured is None else replace(frame, measured=measured)
+        if found is not None and found.measured is not None:
+            self._kidnapping.confirm(found.reference, found.measured)
             self._wheel_only.reset()
+            frame = replace(found, T_reference_cam=found.measured.T_keyframe_cam)
         else:
-            lost = prior.wheel_only is None or before is Tracking.LOST
-            lost = lost or self._is_carried_away(frame, features, predicted, prior.T_last_cam)
+            lost = frame.wheel_only is None or before is Tracking.LOST
+            lost = lost or self._is_carried_away(frame)
             now = Tracking.LOST if lost else Tracking.WHEELS_ONLY
-            if prior.wheel_only is not None:
-                self._pose = replace(self._pose, T_reference_cam=predicted)
+            if frame.wheel_only is not None:
+                frame = replace(frame, T_reference_cam=frame.predicted)
         if now is not before:
             _log.info("tracking: %s", now.value)
-        self._tracking = now
-        return measured
+        return replace(frame, tracking=now)
 
-    def _relocalise(self, frame: RGBDFrame, features: Features) -> RelativePose | None:
-        """Find a frame anywhere in the map."""
-        found = self._search.anywhere(frame, features, self._pose)
+    def _relocalise(self, frame: Frame) -> Frame | None:
+        """Find a frame anywhere in the map, for a robot that may have been carried."""
+        found = self._relocaliser.recognise(frame)
         if found is None:
             return None
+        self._relocaliser.reset()
+        self._kidnapping.forget_confirmed()
         self._map.forget_dead_reckoning()
-        self._refer_to_seen(found)
-        return found.pose
+        return self._refer_to_seen(frame, found)
 
-    def _regain(self, features: Features, prior: MotionPrior) -> RelativePose | None:
+    def _regain(self, frame: Frame) -> Frame | None:
         """Find a frame in the keyframes near by; a stretch by wheels alone ends there."""
-        found = self._search.nearby(features, self._pose, prior)
-        if found is None:
-            return None
-        reference = self._pose.reference
-        if prior.wheel_only is not None and found.keyframe != reference:
-            predicted = self._pose.T_reference_cam @ prior.T_last_cam
-            T_reference_keyframe = predicted @ invert(found.pose.T_keyframe_cam)
-            self._map.add_wheel_only_link(
-                reference, found.keyframe, T_reference_keyframe, self._wheel_only.since_reference
-            )
-        self._refer_to_seen(found)
-        return found.pose
+        config, keyframes, reference = self._config, self._map, frame.reference
+        T_map_cam = keyframes.poses[reference] @ frame.predicted
+        others = keyframes.nearby(T_map_cam, but=reference)
+        for keyframe in [reference, *others[: config.nearby_tries]]:
+            expected = invert(keyframes.poses[keyframe]) @ T_map_cam
+            for found in keyframes.matches(frame, {keyframe: (expected, 1.0)}).values():
+                if found.inliers < config.gates.sure_inliers or not agrees_with_wheels(
+                    found, expected, frame.wheel_only, config.gates
+                ):
+                    continue
+                if frame.wheel_only is not None and keyframe != reference:
+                    T_reference_keyframe = frame.predicted @ invert(found.T_keyframe_cam)
+                    since = self._wheel_only.since_reference
+                    keyframes.add_wheel_only_link(reference, keyframe, T_reference_keyframe, since)
+                return self._refer_to_seen(frame, KeyframeMatch(keyframe, found))
+        return None
 
-    def _refer_to_seen(self, match: KeyframeMatch) -> None:
+    def _refer_to_seen(self, frame: Frame, match: KeyframeMatch) -> Frame:
         """Measure what follows in another keyframe, in which images found the frame."""
         self._wheel_only.close_spans(match.keyframe)
-        self._refer_to(match)
+        return replace(self._refer_to(frame, match), measured=match.pose)
 
-    def _refer_to_blank(self) -> bool:
-        """Continue in the dark from an older blank keyframe; whether one is near enough."""
-        T_map_cam = self._pose.in_map(self._map.poses)
+    def _refer_to_blank(self, frame: Frame) -> Frame | None:
+        """Continue in the dark from an older blank keyframe, if one is near enough."""
+        T_map_cam = self._map.poses[frame.reference] @ frame.T_reference_cam
         keyframe = self._map.nearest_blank(T_map_cam)
         if keyframe is None:
-            return False
+            return None
         T_keyframe_cam = invert(self._map.poses[keyframe]) @ T_map_cam
         step, turn = self._config.gates.wheel_gate + self._wheel_only.motion
         covariance = np.diag(np.repeat((turn, step), 3) ** 2)
-        self._refer_to(KeyframeMatch(keyframe, RelativePose(T_keyframe_cam, covariance, 0, 1.0)))
+        match = KeyframeMatch(keyframe, RelativePose(T_keyframe_cam, covariance, 0, 1.0))
+        frame = self._refer_to(frame, match)
         self._wheel_only.branch_span()
-        return True
+        return frame
 
-    def _refer_to(self, match: KeyframeMatch) -> None:
+    def _refer_to(self, frame: Frame, match: KeyframeMatch) -> Frame:
         keyframe, found = match.keyframe, match.pose
-        if keyframe != self._pose.reference or not self._map.is_recent(keyframe):
-            T_reference_cam = found.T_keyframe_cam
-            self._pose = replace(self._pose, reference=keyframe, T_reference_cam=T_reference_cam)
-            self._map.restart_dead_reckoning(keyframe, found, self._pose.dead_reckoned)
+        if keyframe == frame.reference and keyframe in self._map.recent():
+            return frame
+        self._map.restart_dead_reckoning(keyframe, found, frame.dead_reckoned)
+        return replace(frame, reference=keyframe, T_reference_cam=found.T_keyframe_cam)
 
-    def _is_carried_away(
-        self, frame: RGBDFrame, features: Features, predicted: SE3, motion: SE3
-    ) -> bool:
+    def _is_carried_away(self, frame: Frame) -> bool:
         """Whether images that agree with each other have long shown that the robot is elsewhere."""
-        last = self._last_features
-        step = self._matcher.between(last, features, motion, self._config.search)
+        last, share = self._last.features, self._config.search
+        step = self._map.matcher.between(last, frame.features, frame.T_last_cam, share)
         steady = 0 if step is None else step.inliers
-        self._kidnapping.compare(last, motion, steady, frame)
-        reference = self._pose.reference
-        return self._kidnapping.is_elsewhere(
-            frame, features, self._map, self._matcher, reference, predicted, steady
-        )
+        return self._kidnapping.is_elsewhere(frame, last, steady, self._map)
 
-    def _is_due(self, features: Features, measured: RelativePose | None) -> bool:
-        """Whether the frame should become a keyframe."""
+    def _is_due(self, frame: Frame) -> bool:
+        """Whether a frame should become a keyframe."""
         least = 2 * self._config.odometry.min_inliers
-        reference = self._map[self._pose.reference]
-        if self._tracking is Tracking.LOST:
+        keyframes, measured = self._map, frame.measured
+        if frame.tracking is Tracking.LOST:
             # A keyframe at a guessed pose would be wrong, unless nothing was seen before it.
             if self._in_saved_map:
                 return False
-            seen = [self._map[keyframe] for keyframe in self._map.poses]
+            seen = list(keyframes.poses)
         elif measured is None and self._kidnapping.doubts:
             return False
-        elif self._is_blank(features, measured):
+        elif self._is_blank(frame):
             # Only what is mapped in the dark depends on it.
-            distance = float(np.linalg.norm(self._pose.T_reference_cam[:3, 3]))
+            distance = float(np.linalg.norm(frame.T_reference_cam[:3, 3]))
             return distance > self._config.keyframes.blank_distance
         else:
-            if is_due(reference, self._pose.T_reference_cam, measured, self._config.keyframes):
-                return measured is not None or not self._matcher.shows(reference, features)
-            seen = [reference]
-        return len(features) >= least and all(len(k.features) < least for k in seen)
+            if keyframes.is_due(frame.reference, frame.T_reference_cam, measured):
+                reference = keyframes[frame.reference]
+                return measured is not None or not keyframes.matcher.shows(
+                    reference, frame.features
+                )
+            seen = [frame.reference]
+        return len(frame.features.pixels) >= least and keyframes.show_less(seen, least)
 
-    def _is_blank(self, features: Features, measured: RelativePose | None) -> bool:
+    def _is_blank(self, frame: Frame) -> bool:
         """Whether a frame shows too little to be matched, as in the dark or before a bare wall."""
-        return measured is None and len(features) < 2 * self._config.odometry.min_inliers
+        few = len(frame.features.pixels) < 2 * self._config.odometry.min_inliers
+        return frame.measured is None and few
 
-    def _reuses_keyframe(self, features: Features, measured: RelativePose | None) -> bool:
-        """Whether an older keyframe serves as well as a new one; it is the reference then."""
-        if measured is None:
-            return self._is_blank(features, measured) and self._refer_to_blank()
-        found = self._loops.close_nearby(features, measured, self._pose)
-        if found is None:
-            found = self._loops.close_over_spans(
-                features, measured, self._pose, self._wheel_only.spans
-            )
-        if found is None:
-            return False
-        self._refer_to_seen(found)
-        self._last = features, found.pose
-        return True
+    def _reuse_keyframe(self, frame: Frame) -> Frame | None:
+        """Refer to an older keyframe that serves as well as a new one; None without one."""
+        if frame.measured is None:
+            return self._refer_to_blank(frame) if self._is_blank(frame) else None
+        found = self._loops.close(frame, self._wheel_only.spans)
+        return None if found is None else self._refer_to_seen(frame, found)
 
-    def _insert(self, features: Features, measured: RelativePose | None) -> None:
-        """Make the frame a keyframe."""
-        pose, blank = self._pose, self._is_blank(features, measured)
-        reference = self._map[pose.reference]
-        self._dead_reckoning.learn(reference.dead_reckoned, measured)
-        gyro = self._matcher.agrees_with_gyro(reference, measured, pose.dead_reckoned)
-        links = self._loops.links(features, measured, pose)
+    def _insert(self, frame: Frame) -> Frame:
+        """Make a frame a keyframe."""
+        features = NO_FEATURES if self._is_blank(frame) else frame.features
+        reference = self._map[frame.reference]
+        self._dead_reckoning.learn(reference.dead_reckoned, frame.measured)
+        links = self._loops.links(frame)
         for keyframe in links:
-            if keyframe != pose.reference:
+            if keyframe != frame.reference:
                 self._wheel_only.close_spans(keyframe)
-        new = self._map.insert(
-            NO_FEATURES if blank else features,
-            pose.dead_reckoned,
-            pose.in_map(self._map.poses),
-            pose.reference,
-            links,
-            self._wheel_only.since_reference,
-            gyro=gyro,
-        )
-        self._pose = replace(pose, reference=new, T_reference_cam=np.eye(4))
+        new = self._map.insert(frame, features, links, self._wheel_only.since_reference)
         self._wheel_only.reset_reference()
         if not links:
             self._wheel_only.start_span(new, self._config.keyframes)
-        self._last = features, _ITSELF
+        return replace(frame, reference=new, T_reference_cam=np.eye(4), measured=_ITSELF)
 
-    def _estimate(self, stamp: float, new: bool) -> PoseEstimate:
-        pose, covariance = self._pose, self._last and self._last[1].covariance
+    def _estimate(self, frame: Frame, stamp: float, new: bool) -> PoseEstimate:
+        """The pose of a frame, on which nothing changes any more."""
+        self._last = frame
         return PoseEstimate(
             stamp,
-            pose.in_map(self._map.poses),
-            pose.reference,
-            pose.T_reference_cam,
+            self._map.poses[frame.reference] @ frame.T_reference_cam,
+            frame.reference,
+            frame.T_reference_cam,
             new,
-            self._tracking,
-            covariance,
+            frame.tracking,
+            None if frame.measured is None else frame.measured.covariance,
         )

@@ -15,10 +15,9 @@ from functools import cache
 import numpy as np
 
 from sim_stubs.homes.floor_plan.floor_plan import FloorPlan, floor_plan
-from sim_stubs.homes.floor_plan.openings import wall_of
 from sim_stubs.homes.floor_plan.staircase import placed, staircase
 from sim_stubs.homes.floor_plan.stairs import Stairs
-from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
+from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure, wall_of
 from sim_stubs.homes.furnishing.placement import RoomLayout
 from sim_stubs.homes.furnishing.rooms import furnish
 from sim_stubs.homes.furniture.catalogue import Entry, read_catalogue

@@ -17,12 +17,6 @@ from numpy.typing import NDArray
 
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.db3_metadata import add_imu_extrinsics, naming, require_all, set_pace
-from sim_stubs.realsense.sensor_options import (
-    COLOUR_CONTROLS,
-    MOTION_CONTROLS,
-    STEREO_CONTROLS,
-    add_controls,
-)
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
 
@@ -35,6 +29,38 @@ DEPTH = Intrinsics(width=640, height=480, fx=385.0, fy=385.0, cx=320.5, cy=240.5
 GYRO_RATE = 200
 ACCEL_RATE = 100
 _DEPTH_UNITS = 0.001
+
+
+Controls = tuple[tuple[Any, float, float, float], ...]
+
+STEREO_CONTROLS: Controls = (
+    (rs.option.visual_preset, 0, 5, 0),
+    (rs.option.emitter_enabled, 0, 2, 1),
+    (rs.option.laser_power, 0, 360, 150),
+    (rs.option.enable_auto_exposure, 0, 1, 1),
+    (rs.option.auto_exposure_limit, 1, 200_000, 200_000),
+    (rs.option.auto_exposure_limit_toggle, 0, 1, 0),
+    (rs.option.global_time_enabled, 0, 1, 1),
+)
+"""Option, least and greatest value, default."""
+
+COLOUR_CONTROLS: Controls = (
+    (rs.option.auto_exposure_priority, 0, 1, 1),
+    (rs.option.enable_auto_exposure, 0, 1, 1),
+    (rs.option.global_time_enabled, 0, 1, 1),
+)
+"""As `STEREO_CONTROLS`."""
+
+MOTION_CONTROLS: Controls = ((rs.option.global_time_enabled, 0, 1, 1),)
+"""As `STEREO_CONTROLS`."""
+
+
+def add_controls(sensor: Any, controls: Controls) -> None:
+    """Let a sensor of a software device (`rs.software_sensor`) have these settings."""
+    for option, least, greatest, default in controls:
+        allowed = rs.option_range()
+        allowed.min, allowed.max, allowed.step, allowed.default = least, greatest, 1.0, default
+        sensor.add_option(option, allowed, True)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

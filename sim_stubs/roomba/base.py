@@ -17,16 +17,15 @@ from drivers.roomba.packets import (
     BumpsAndWheelDrops,
     Buttons,
     ChargingSources,
+    ChargingState,
     Packet,
     encode_packets,
     singles,
 )
 from drivers.roomba.serial_port import SerialPort
 from drivers.roomba.stream import encode_sensor_frame
-from sim_stubs.roomba.battery import Battery
 from sim_stubs.roomba.dock import SensedDock
 from sim_stubs.roomba.serial_line import LineNoise, SerialLine
-from sim_stubs.roomba.songs import Songs
 from sim_stubs.roomba.wheels import Wheels, within_range
 from sim_stubs.world.body import Body
 from vizbot.core.types import BaseMode
@@ -82,6 +81,93 @@ _FALLS_ASLEEP = 300.0
 """Time in Passive mode without a command until the base sleeps [s] (manual, page 4)."""
 _SEEKS = 60.0
 """Longest time of Seek Dock [s]."""
+
+
+_TICKS_PER_SECOND = 64
+
+
+_CAPACITY_MAH = 2696.0
+_EMPTY_MV = 13200
+_FULL_MV = 16400
+_IDLE_MA = 250
+_WHEEL_MA = 300
+_CHARGE_MA = 1250
+
+
+class Battery:
+    """The battery, with the figures of a well-kept pack of the 600 series."""
+
+    def __init__(self, charge: float = 1.0) -> None:
+        """Start with a `charge` of 0 to 1."""
+        self._charge_mah = charge * _CAPACITY_MAH
+        self._wheel_ma = 0
+        self._state = ChargingState.NOT_CHARGING
+
+    @property
+    def empty(self) -> bool:
+        """Whether the battery is empty."""
+        return self._charge_mah <= 0.0
+
+    def advance(self, seconds: float, wheels_turn: bool, on_charger: bool) -> None:
+        """Discharge or charge for `seconds`."""
+        self._wheel_ma = _WHEEL_MA if wheels_turn else 0
+        full = self._charge_mah >= _CAPACITY_MAH
+        self._state = ChargingState.NOT_CHARGING
+        if on_charger:
+            self._state = ChargingState.WAITING if full else ChargingState.FULL_CHARGING
+        charge = self._charge_mah + self._current_ma * seconds / 3600
+        self._charge_mah = min(max(0.0, charge), _CAPACITY_MAH)
+
+    def packets(self) -> dict[Packet, int]:
+        """Packets 21 to 26, 54 and 55 as they stand."""
+        fraction = self._charge_mah / _CAPACITY_MAH
+        return {
+            Packet.CHARGING_STATE: self._state,
+            Packet.VOLTAGE: round(_EMPTY_MV + fraction * (_FULL_MV - _EMPTY_MV)),
+            Packet.CURRENT: self._current_ma,
+            Packet.TEMPERATURE: 25,
+            Packet.BATTERY_CHARGE: round(self._charge_mah),
+            Packet.BATTERY_CAPACITY: round(_CAPACITY_MAH),
+            Packet.LEFT_MOTOR_CURRENT: self._wheel_ma,
+            Packet.RIGHT_MOTOR_CURRENT: self._wheel_ma,
+        }
+
+    @property
+    def _current_ma(self) -> int:
+        """Current into the battery [mA]."""
+        if self._state is ChargingState.FULL_CHARGING:
+            return _CHARGE_MA
+        if self._state is ChargingState.WAITING:
+            return 0
+        return -(_IDLE_MA + 2 * self._wheel_ma)
+
+
+class Songs:
+    """The five slots, and the song that is playing."""
+
+    def __init__(self) -> None:
+        self.slots: dict[int, tuple[tuple[int, int], ...]] = {}
+        """Note and duration [1/64 s] of every song that was defined."""
+        self._selected = 0
+        self._left = 0.0
+
+    def define(self, slot: int, *notes: int) -> None:
+        """Fill a slot with notes and durations in turns."""
+        self.slots[slot] = tuple(zip(notes[::2], notes[1::2], strict=True))
+
+    def play(self, slot: int) -> None:
+        """Play the song of a slot; an empty slot ends at once."""
+        self._selected = slot
+        notes = self.slots.get(slot, ())
+        self._left = sum(duration for _, duration in notes) / _TICKS_PER_SECOND
+
+    def advance(self, seconds: float) -> None:
+        """Play on for `seconds`."""
+        self._left = max(0.0, self._left - seconds)
+
+    def packets(self) -> dict[Packet, int]:
+        """Packets 36 and 37 as they stand."""
+        return {Packet.SONG_NUMBER: self._selected, Packet.SONG_PLAYING: int(self._left > 0)}
 
 
 class SimulatedRoomba:

@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from drivers.roomba.infrared import DockBeam
+from drivers.roomba.packets import DockBeam
 from vizbot.core.geometry import invert, wrap_angle, yaw_of
 from vizbot.core.types import SE3
 

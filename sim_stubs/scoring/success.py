@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import pi
 
 import cv2
@@ -16,6 +16,7 @@ from sim_stubs.homes.start_pose import names_meant
 from sim_stubs.world.world import World
 from vizbot.core.geometry import back_project, planar, transform
 from vizbot.core.home_vocabulary import kinds
+from vizbot.core.observer import GoalReport, Outcome, Step
 
 REACH = 2.0
 """Largest distance of a stop from the goal [m] (paper, section IV-C)."""
@@ -31,6 +32,27 @@ PRECISE = 0.5
 """Largest distance of a right position from the thing on the plan [m]."""
 WALL = 0.05
 """The walls of a room are the room's: measured points scatter around them by this much [m]."""
+
+
+@dataclass
+class GoalScorer:
+    """An observer that scores each goal where the robot stopped, from the world's truth.
+
+    Attributes:
+        world: The simulated world, which the robot never sees whole.
+        verdicts: One for each goal so far.
+    """
+
+    world: World
+    verdicts: list[Verdict] = field(default_factory=list)
+
+    def on_step(self, step: Step) -> None:
+        """Nothing is scored under way."""
+
+    def on_goal(self, report: GoalReport) -> None:
+        """Score the place where the robot stands now."""
+        stopped = report.outcome is Outcome.ARRIVED
+        self.verdicts.append(judge(self.world, report.text, stopped=stopped))
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from pathlib import Path
 
 from vizbot.core.errors import ConfigError
+from vizbot.core.files import read_regular
 from vizbot.core.geometry import yaw_of
 
 # isort: split
@@ -17,6 +20,34 @@ import sim_stubs.world.renderer  # noqa: F401  chooses the renderer, which MuJoC
 import mujoco
 
 _LABELLED = re.compile(r"(.+)#\w+")
+
+
+_LARGEST = 1024 * 1024
+"""Size of a file of labels that is read [bytes]."""
+
+
+def read_labels(path: Path) -> dict[str, str]:
+    """The labels in a file by the name of the body or geom, in lower case with single spaces.
+
+    Raises:
+        ConfigError: it cannot be read, or a label is empty or no text.
+    """
+    try:
+        table = tomllib.loads(read_regular(path, _LARGEST).decode("utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as error:
+        reason = " ".join(str(error).split())
+        raise ConfigError(
+            f'labels {path} cannot be read ({reason}); give lines like kettle = "yellow kettle"'
+        ) from error
+    labels = {}
+    for name, label in table.items():
+        words = label.casefold().split() if isinstance(label, str) else []
+        if not words:
+            raise ConfigError(
+                f'labels {path}: the label {label!r} of {name!r} is no text; give "yellow kettle"'
+            )
+        labels[name] = " ".join(words)
+    return labels
 
 
 @dataclass(frozen=True, slots=True)

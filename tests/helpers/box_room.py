@@ -1,6 +1,7 @@
 """A textured box room, ray cast, and paths of a robot through it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache, lru_cache
 from itertools import pairwise
 
@@ -16,6 +17,7 @@ from vizbot.core.geometry import (
     planar,
     rotation_angle,
     transform,
+    yaw_of,
 )
 from vizbot.core.types import (
     SE3,
@@ -91,6 +93,18 @@ def _rendered(T_map_base_bytes: bytes, stamp: float, dark: bool, walls: int) -> 
         CAMERA,
         ImuSamples.none(),
     )
+
+
+def with_gyro(frame: RGBDFrame, turn: float) -> RGBDFrame:
+    """The frame of a camera that turned by `turn` [rad] about the base's z axis in 0.2 s."""
+    stamps = frame.stamp - 0.2 + np.arange(1, 41) * 0.005
+    rates = np.tile(turn / 0.2 * T_BASE_CAM[2, :3], (40, 1))
+    return replace(frame, imu=ImuSamples(stamps, rates, np.zeros(0), np.zeros((0, 3))))
+
+
+def turns(Ts_map_base: Sequence[SE3]) -> list[float]:
+    """The turn of the base up to each pose of a path [rad]."""
+    return [0.0, *(yaw_of(invert(a) @ b) for a, b in pairwise(Ts_map_base))]
 
 
 def lap(frames: int) -> list[SE3]:

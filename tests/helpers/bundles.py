@@ -1,12 +1,9 @@
 """Maps made up to be saved."""
 
-import hashlib
-import json
 import os
 from dataclasses import fields
 
 import numpy as np
-import safetensors.numpy
 from scipy.spatial.transform import Rotation
 
 from mapping import map_bundle
@@ -168,32 +165,6 @@ def make_map_with_a_letter(path):
 def make_foreign_map(path):
     path.mkdir()
     (path / "map.json").write_text('{"tiles": []}')
-
-
-def make_older(folder, schema=3):
-    """Turn a map into one of a former schema.
-
-    That of 4 had no bank of pictures, that of 3 no places either, that of 2 no checksum of itself.
-    """
-    tensors = folder / "map.safetensors"
-    arrays = safetensors.numpy.load(tensors.read_bytes())
-    later = ("elements.pictures", "elements.statistics", "places.")[: 1 if schema == 4 else 3]
-    kept = {name: array for name, array in arrays.items() if not name.startswith(later)}
-    tensors.write_bytes(safetensors.numpy.save(kept))
-    header = json.loads((folder / "map.json").read_text())
-    for name in ("header_sha256", "pictures_id", "phrases_id")[: 2 if schema == 4 else 3]:
-        del header[name]
-    if schema < 4:
-        del header["counts"]["places"]
-    header |= {
-        "schema_version": schema,
-        "tensors_size": tensors.stat().st_size,
-        "tensors_sha256": hashlib.sha256(tensors.read_bytes()).hexdigest(),
-    }
-    if schema > 2:
-        content = json.dumps(header, sort_keys=True).encode()
-        header["header_sha256"] = hashlib.sha256(content).hexdigest()
-    (folder / "map.json").write_text(json.dumps(header))
 
 
 def a_full_disk(monkeypatch):

@@ -1,5 +1,7 @@
 """A robot that drives by wheels and gyroscope, both of which are a little wrong."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from mapping.odometry.config import DeadReckoningConfig
@@ -34,6 +36,13 @@ class Drive:
         self.slip = 0.0
         self.T_wheels, self.T_true = np.eye(4), np.eye(4)
         self.now = self.dead_reckoning.update(self.frame(0.0), self.T_wheels)
+
+    @classmethod
+    def rested(cls) -> Drive:
+        """A robot that has stood for 2 s, so that it knows its bias."""
+        drive = cls()
+        drive.go(2.0, 0.0, 0.0)
+        return drive
 
     def frame(self, yaw_rate: float, roll_rate: float = 0.0) -> RGBDFrame:
         imu = ImuSamples.none()

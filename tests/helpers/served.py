@@ -60,7 +60,7 @@ def scored(step, points, scores, size=0.1, **changes):
 
 def arrived(session, text="sofa", picture=b"\xff\xd8 a sofa"):
     """Have the session's robot arrive, with nothing else to do; the number of the task."""
-    session.picture_of = lambda report: picture
+    session.robot.picture_of = lambda report: picture
     [task] = session.ask([text])
     session.queue.current()
     session.on_step(step(0))

@@ -135,7 +135,7 @@ class WatchedRobot:
         state = BaseState(
             0.0, np.eye(4), True, False, (False,) * 4, (False, False), 0.5, BaseMode.SAFE
         )
-        self.session.base_state = self.session.battery_state = lambda: state
+        self.session.robot.base_state = self.session.robot.battery_state = lambda: state
         self._grid = first_step().grid
         self._approached = None
         self._closed = threading.Event()
@@ -156,12 +156,12 @@ class WatchedRobot:
 
     def approach(self, xy, picture=None):
         """It goes up to a place, of which this JPEG is the picture; None for no place."""
-        self.session.picture_of_place = lambda place: picture
+        self.session.robot.picture_of_place = lambda place: picture
         self._approached = None if xy is None else np.array(xy)
 
     def arrive(self, text, picture=None):
         """It is asked for something and has arrived there, of which this JPEG is the picture."""
-        self.session.picture_of = lambda report: picture
+        self.session.robot.picture_of = lambda report: picture
         report = GoalReport(text, Outcome.ARRIVED, "92% sure", (), effort=Effort(50.0, 12.34))
 
         def end(pipeline):

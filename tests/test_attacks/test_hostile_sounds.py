@@ -18,7 +18,7 @@ from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.helpers.served import served
 from vizbot.operator.language.command import GoTo
 from vizbot.operator.session.live_map import LiveMap
-from vizbot.operator.voice import dialogue, sound
+from vizbot.operator.voice import recordings, sound
 from vizbot.operator.voice.intent import Utterance
 
 _AT_ONCE, _HEARD, _WAIT = 60, 1, 2
@@ -59,9 +59,9 @@ def robot():
     understood = Utterance("go to the sofa", GoTo(("sofa",)))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(LiveMap, "vocabulary", lambda live_map: [])
-        patch.setattr(dialogue.Recogniser, "__init__", lambda *_, **__: None)
-        patch.setattr(dialogue.Recogniser, "learn", lambda *_: None)
-        patch.setattr(dialogue.Recogniser, "hear", lambda *_: understood)
+        patch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
+        patch.setattr(recordings.Recogniser, "learn", lambda *_: None)
+        patch.setattr(recordings.Recogniser, "hear", lambda *_: understood)
         with served() as server, DocumentedClient(server.url, timeout=60.0) as http:
             yield http
 
@@ -225,10 +225,10 @@ def loop_lateness():
 
 def test_of_sixty_recordings_two_wait_and_state_and_motion_go_on(robot, monkeypatch):
     over = threading.Event()
-    monkeypatch.setattr(dialogue, "_PATIENCE", DEADLINE)
-    hear = dialogue.Recogniser.hear
+    monkeypatch.setattr(recordings, "_PATIENCE", DEADLINE)
+    hear = recordings.Recogniser.hear
     monkeypatch.setattr(
-        dialogue.Recogniser, "hear", lambda *given: over.wait(DEADLINE) and hear(*given)
+        recordings.Recogniser, "hear", lambda *given: over.wait(DEADLINE) and hear(*given)
     )
     content = recorded_by("a program", seconds=5.0)
     assert len(content) > 900_000

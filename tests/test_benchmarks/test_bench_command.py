@@ -1,10 +1,18 @@
 import json
+import os
+import re
+import subprocess
+import sys
+import tomllib
 
 import pytest
+import typer
 
-from benchmarks.harness.bench_plan import BenchResult
+from benchmarks import app as bench
+from benchmarks.harness.bench_plan import UNATTENDED, BenchResult
 from benchmarks.harness.fingerprint import Fingerprint
-from vizbot.commands import bench
+from tests.helpers.checkout import ROOT
+from vizbot.commands import bench as commands_bench
 from vizbot.core.errors import ConfigError
 
 
@@ -17,8 +25,14 @@ def plans(monkeypatch):
         asked.append(plan)
         return BenchResult("objectnav", [{"row": "default"}], {"episodes": 0}, "| a table |")
 
-    monkeypatch.setitem(bench.BENCHES, "objectnav", outcome)
-    monkeypatch.setattr(bench, "write_scoreboard_page", lambda folder, page, config: True)
+    for module, name in (
+        (bench.single_goal, "run_single_goal"),
+        (bench.multi_goal, "run_multi_goal"),
+        (bench.absent, "run_absent"),
+    ):
+        monkeypatch.setattr(module, name, outcome)
+    monkeypatch.setattr(bench, "search_page", lambda folder, page: "a page")
+    monkeypatch.setattr(bench, "write_whole", lambda page, content: None)
     made_at(monkeypatch, "c0ffee")
     return asked
 
@@ -51,14 +65,13 @@ def test_people_get_the_tables_and_only_the_whole_board_writes_the_page(vizbot, 
 
 
 def test_published_rows_are_made_again_where_they_lie_and_so_is_their_page(vizbot, plans):
-    rows = "docs/results/rows/scoreboard"
+    rows = "docs/results/rows/search"
     code, _, err = vizbot("objectnav", "--out", rows)
-    assert code == 0 and err == "written: docs/results/scoreboard.md\n"
+    assert code == 0 and err == "written: docs/results/search.md\n"
     assert str(plans[0].folder) == rows
 
 
-def test_rows_of_four_goals_can_be_chosen(vizbot, plans, monkeypatch):
-    monkeypatch.setitem(bench.BENCHES, "multi", bench.BENCHES["objectnav"])
+def test_rows_of_four_goals_can_be_chosen(vizbot, plans):
     assert vizbot("multi", "--quick", "--rows", "over 3 m")[0] == 0
     assert plans[0].rows == ("over 3 m",)
 
@@ -66,11 +79,10 @@ def test_rows_of_four_goals_can_be_chosen(vizbot, plans, monkeypatch):
 def test_a_method_of_search_is_a_row_of_its_own(vizbot, plans):
     assert vizbot("objectnav", "--quick", "--method", "paper")[0] == 0
     assert plans[0].rows == ("paper",)
-    assert plans[0].config == bench.UNATTENDED
+    assert plans[0].config == UNATTENDED
 
 
-def test_searches_for_what_is_not_there_can_be_chosen(vizbot, plans, monkeypatch):
-    monkeypatch.setitem(bench.BENCHES, "absent", bench.BENCHES["objectnav"])
+def test_searches_for_what_is_not_there_can_be_chosen(vizbot, plans):
     assert vizbot("absent", "--rows", "offset,by searching")[0] == 0
     assert plans[0].rows == ("offset", "by searching")
 
@@ -96,10 +108,10 @@ def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, plans, monk
 
 
 def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, plans, monkeypatch):
-    def broken(folder, page, config):
+    def broken(folder, page):
         raise ConfigError(f"cannot write {page}")
 
-    monkeypatch.setattr(bench, "write_scoreboard_page", broken)
+    monkeypatch.setattr(bench, "search_page", broken)
     code, out, err = vizbot("objectnav")
     assert (code, out) == (1, "| a table |\n")
     assert "cannot write runs/bench/scoreboard.md" in err
@@ -128,11 +140,8 @@ def test_other_settings_and_training_homes_are_kept_in_a_folder_of_their_own(
         (["retrieval", "--rows", "default"], "--rows"),
         (["objectnav", "--method", "foo"], "'foo' is not one of 'belief', 'paper'"),
         (["objectnav", "--method", "paper", "--rows", "default"], "leave out --rows default"),
-        (["slam", "--method", "paper"], "--method paper is for objectnav and multi"),
-        (
-            ["multi", "--encoder-scale", "clip"],
-            "is for objectnav, retrieval, absent",
-        ),
+        (["slam", "--method", "paper"], "--method"),
+        (["multi", "--encoder-scale", "clip"], "--encoder-scale"),
         (
             ["objectnav", "--encoder-scale", "clip", "--method", "paper", "--rows", "default"],
             "leave out --encoder-scale clip and --rows default",
@@ -151,14 +160,14 @@ def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, plans, arguments,
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["slam", "--stride", "2"], "--stride 2 is not for slam without SEQ"),
+        (["slam", "--stride", "2"], "--stride, --vocabulary and --intrinsics are for a recording"),
         (["slam", "--seeds", "0x7"], "--seeds '0x7' are no seeds"),
         (["slam", "--hours", "1", "--seeds", "1000,1001"], "one of --seeds 1000,1001"),
-        (["multi", "--hours", "4"], "--hours 4.0 is not for multi"),
+        (["multi", "--hours", "4"], "No such option: --hours. See: vizbot bench multi --help"),
         (["slam", "nowhere"], "sequence nowhere: no such folder"),
-        (["slam", "nowhere", "--seeds", "3"], "--seeds 3 is not for slam with SEQ"),
-        (["objectnav", "somewhere"], "SEQ somewhere is not for objectnav"),
-        (["retrieval", "--stride", "2"], "--stride 2 is not for retrieval"),
+        (["slam", "nowhere", "--seeds", "3"], "--seeds and --hours are for simulated homes"),
+        (["objectnav", "somewhere"], "(somewhere)"),
+        (["retrieval", "--stride", "2"], "No such option: --stride"),
     ],
 )
 def test_what_a_benchmark_has_no_use_for_is_refused_in_one_line(vizbot, plans, arguments, said):
@@ -173,9 +182,9 @@ def test_what_a_benchmark_has_no_use_for_is_refused_in_one_line(vizbot, plans, a
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--rows", "default"), "--rows default is not for faults"),
+        (("--rows", "default"), "No such option: --rows"),
         (("--seeds", "1000,12"), "home 12 of --seeds is a training home"),
-        (("--clip", "ViT-B/32"), "--clip ViT-B/32 is not for faults"),
+        (("--clip", "ViT-B/32"), "No such option: --clip"),
     ],
 )
 def test_faults_refuse_what_they_have_no_use_for(vizbot, arguments, said):
@@ -216,7 +225,7 @@ def test_homes_drawn_by_others_are_kept_apart_and_drive_the_default_row_alone(
 )
 def test_homes_drawn_by_others_are_for_object_goals_and_stand_alone(vizbot, plans, arguments):
     code, out, err = vizbot(*arguments)
-    assert (code, out) == (1, "") and "--worlds a" in err
+    assert (code, out) == (1, "") and "--worlds" in err
 
 
 @pytest.mark.parametrize(
@@ -224,12 +233,10 @@ def test_homes_drawn_by_others_are_for_object_goals_and_stand_alone(vizbot, plan
     [
         (("objectnav", "--worlds", "1140+bear"), "'+bear' changes no home"),
         (("objectnav", "--worlds", "1140+bare,1141"), "home 1141 of --worlds has a seed alone"),
-        (("multi", "--goals", "3"), "--goals 3 is for objectnav without --fast"),
-        (("objectnav", "--goals", "3", "--fast"), "--goals 3 is for objectnav without --fast"),
-        (
-            ("objectnav", "--goals", "3", "--quick"),
-            "--quick chooses its goals; leave out --goals 3",
-        ),
+        (("multi", "--goals", "3"), "No such option: --goals"),
+        (("objectnav", "--goals", "3", "--fast"), "leave out --goals 3"),
+        (("objectnav", "--goals", "3", "--quick"), "leave out --goals 3"),
+        (("objectnav", "--fast", "--worlds", "a.xml"), "no --worlds a.xml"),
         (("objectnav", "--goals", "0"), "--goals 0: it must be at least 1"),
     ],
 )
@@ -253,3 +260,69 @@ def test_bare_homes_are_kept_apart_and_drive_the_default_row_alone(
     assert plan.homes == ("1140+bare", "1141+bare")
     assert (plan.goals, plan.rows, plan.folder) == (3, ("default",), bench.BARE)
     assert not plan.full
+
+
+HELP = {
+    "objectnav": ("--seeds --quick --rows --clip --config --out --json --worlds --goals --fast"
+                  " --method --encoder-scale"),
+    "multi": "--seeds --quick --rows --clip --config --out --json --method",
+    "retrieval": "--seeds --quick --rows --clip --config --out --json --encoder-scale",
+    "absent": "--seeds --quick --rows --clip --config --out --json --encoder-scale",
+    "slam": "--seeds --hours --stride --vocabulary --intrinsics --quick --config --out --json",
+    "questions": "--questions --clip --config --out --json",
+    "planner": "--quick --out --json",
+    "loop": "--quick --against --json",
+    "faults": "--seeds --quick --out --json",
+}  # fmt: skip
+
+
+def test_each_benchmark_has_its_own_options_and_no_others():
+    commands = typer.main.get_command(bench.app).commands
+    options = {
+        name: " ".join(o for each in command.params for o in each.opts if o.startswith("--"))
+        for name, command in commands.items()
+    }
+    assert options == HELP
+
+
+@pytest.fixture
+def foreign(tmp_path, monkeypatch):
+    """A working folder with a package of the same name, which is first on the path, too."""
+    package = tmp_path / "benchmarks"
+    package.mkdir()
+    (package / "__init__.py").write_text("raise AssertionError('foreign')\n")
+    (package / "app.py").write_text("raise AssertionError('foreign')\n")
+    return tmp_path
+
+
+def test_benchmarks_of_the_working_folder_are_not_taken_for_those_of_the_checkout(foreign):
+    command = "from vizbot.cli.process import run; run()"
+    path = os.pathsep.join([str(foreign), str(ROOT)])
+    ended = subprocess.run(
+        [sys.executable, "-c", command, "bench", "speed"],
+        cwd=foreign, env=os.environ | {"PYTHONPATH": path}, capture_output=True, text=True,
+    )  # fmt: skip
+    assert (ended.returncode, ended.stdout) == (1, "")
+    assert ended.stderr.splitlines()[-1].startswith("vizbot: No such command 'speed'")
+    assert "foreign" not in ended.stderr
+
+
+@pytest.mark.parametrize("project", [None, "", '[project]\nname = "another"\n'])
+def test_without_the_source_there_are_no_benchmarks(vizbot, foreign, monkeypatch, project):
+    """An installed package may lie beside another one that has this name."""
+    if project is not None:
+        (foreign / "pyproject.toml").write_text(project)
+    monkeypatch.setattr(commands_bench.vizbot, "__file__", str(foreign / "vizbot/__init__.py"))
+    code, out, err = vizbot("objectnav", "--quick")
+    assert (code, out) == (1, "")
+    assert err == "vizbot: benchmarks come with the source; run them in a checkout of vizbot\n"
+
+
+@pytest.mark.parametrize("name", ["benchmarks", "training"])
+def test_what_is_for_people_who_work_on_vizbot_is_in_no_wheel_and_imported_by_no_part(name):
+    build = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]
+    packages = build["targets"]["wheel"]["packages"]
+    assert name not in packages
+    imports = re.compile(rf"^\s*(from|import) {name}\b", re.MULTILINE)
+    for path in (path for package in packages for path in (ROOT / package).rglob("*.py")):
+        assert not imports.search(path.read_text()), path

@@ -17,7 +17,7 @@ from vizbot.config import Config
 def copied(tmp_path_factory):
     """A copy of the sources."""
     copy = tmp_path_factory.mktemp("checkout")
-    for folder in ("drivers", "mapping", "nav", "sim_stubs", "vizbot", "tests"):
+    for folder in (*fingerprint._COMMITTED, "tests"):
         shutil.copytree(ROOT / folder, copy / folder, ignore=shutil.ignore_patterns("*.pyc"))
     return copy
 
@@ -47,7 +47,7 @@ def key_of(variant):
 
 ROOMS = sorted(
     f"{path.relative_to(ROOT)}"
-    for package in ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
+    for package in fingerprint._COMMITTED
     for path in [ROOT / package, *(ROOT / package).rglob("*")]
     if (path / "__init__.py").is_file()
 )
@@ -94,6 +94,33 @@ def test_a_change_in_any_room_of_the_robot_changes_the_key(checkout, before, roo
 )  # fmt: skip
 def test_what_can_change_an_episode_changes_the_key(checkout, before, path):
     assert changed(checkout, path) != before
+
+
+NAMED_IN_RUNS = (*fingerprint._PACKAGES, *fingerprint._HOMES, fingerprint._EPISODES)
+NAMED_ASIDE = (
+    *fingerprint._NO_PART_OF_A_RUN,
+    fingerprint._ABLATIONS,
+    fingerprint._ORACLES,
+    "training",
+)
+
+
+@pytest.mark.parametrize("named", [*NAMED_IN_RUNS, *NAMED_ASIDE])
+def test_each_named_folder_is_there_and_counts_or_stays_aside_as_its_name_says(
+    checkout, before, named
+):
+    """The last source of each, which is no `__init__.py`."""
+    *_, last = fingerprint._sources(named)
+    after = changed(checkout, last.relative_to(checkout))
+    assert (after != before) == (named in NAMED_IN_RUNS)
+
+
+def test_homes_have_a_key_of_their_own(checkout):
+    homes = Fingerprint.taken("embedded").homes
+    changed(checkout, "benchmarks/episodes/homes.py")
+    assert Fingerprint.taken("embedded").homes == homes
+    changed(checkout, "vizbot/core/home_vocabulary.py")
+    assert Fingerprint.taken("embedded").homes != homes
 
 
 @pytest.mark.parametrize("room", [room for room in ROOMS if is_aside(room)])
@@ -177,19 +204,6 @@ def test_oracles_and_ablations_change_only_the_rows_that_use_them(checkout, row,
         kept.write("\n")
     assert key_of(DEFAULT) == before[0] != before[1]
     assert key_of(row) != before[1]
-
-
-def test_a_row_without_errors_has_a_key_of_its_own():
-    exact = Variant("exact calibration", Config(), exact=True)
-    assert key_of(exact) not in (key_of(DEFAULT), key_of(Variant("true pose", Config(), "pose")))
-
-
-def test_an_oracle_is_known_to_be_of_its_robot():
-    robot, true = key_of(DEFAULT), key_of(Variant("true pose", Config(), "pose"))
-    assert fingerprint.is_oracle_key_of(true, robot)
-    another = key_of(Variant("default", with_scales(Config(), (0,))))
-    assert not fingerprint.is_oracle_key_of(true, another)
-    assert not fingerprint.is_oracle_key_of(robot, robot)
 
 
 def test_a_fingerprint_holds_until_a_source_changes(checkout):

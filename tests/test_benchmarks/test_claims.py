@@ -8,13 +8,11 @@ import pytest
 from benchmarks.claims import pages
 from benchmarks.claims.claims import read_claims
 from benchmarks.claims.facts import kept_facts
-from benchmarks.episodes.absent_things import ThingAnswer
+from benchmarks.claims.readme_table import BEGIN, END
 from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult
 from benchmarks.harness.store import Store
-from benchmarks.objectnav.overshoot import Overshoot
 from tests.helpers.checkout import ROOT
 from vizbot.core.errors import ConfigError
-from vizbot.core.observer import Outcome
 
 FACTS = {"walk": {"error": 0.0678, "metres": 31.2}}
 PAGE = """# Title of 2026
@@ -108,67 +106,51 @@ def episode(home, goal, success, steps=100):
     return EpisodeResult(Episode(home, (goal,)), (found,), 1, 0.02, 9.0, (), (0.0, 0.0, 0.0))
 
 
-def test_rows_become_rates_in_percent_and_pairs(tmp_path):
+def test_rows_become_rates_in_percent_and_equal_paths_are_counted(tmp_path):
     ours = [episode(1100 + i, "sofa", i != 3) for i in range(4)]
     theirs = [episode(1100 + i, "sofa", i == 0) for i in range(4)]
     theirs[1:] = [replace(each, track=((0.0, 0.1),)) for each in theirs[1:]]
-    for name, results in (("default", ours), ("scale-1", theirs)):
-        file = tmp_path / "scoreboard" / f"objectnav-{name}.jsonl"
+    for name, results in (("default", ours), ("former", theirs)):
+        file = tmp_path / "bare" / f"objectnav-{name}.jsonl"
         Store(file, EpisodeResult).add("key", "c0ffee", "2 cores", *results)
     (tmp_path / "walk").mkdir()
     (tmp_path / "walk" / "results.json").write_text(json.dumps({"rows": [{"error": 0.1}]}))
     facts = kept_facts(tmp_path)
-    row = facts["scoreboard"]["objectnav-default"]
+    row = facts["bare"]["objectnav-default"]
     assert (row["count"], row["of"], row["percent"]) == (3, 4, 75.0)
     assert row["low"] == pytest.approx(30.06, abs=0.01)
     assert row["spl"] == pytest.approx(0.75 * 5 / 20)
-    assert (row["driven"], row["shortest"], row["commit"]) == (20.0, 5.0, "c0ffee")
-    other = facts["scoreboard"]["objectnav-scale-1"]
-    assert other["default_against"] == {"wins": 2, "losses": 0, "p": 0.5, "same_path": 1}
+    assert row["commit"] == "c0ffee" and row["said_wrongly"]["count"] == 0
+    assert facts["bare"]["objectnav-former"]["same_path"] == 1
     assert facts["walk"]["results"]["rows"][0]["error"] == 0.1
-
-
-def test_default_rows_of_two_folders_are_paired_where_they_share_episodes(tmp_path):
-    for folder, homes, failed in (("one", range(5), 3), ("two", range(1, 6), 1), ("far", [9], 9)):
-        file = tmp_path / folder / "objectnav-default.jsonl"
-        results = [episode(1100 + i, "sofa", i != failed) for i in homes]
-        results[0] = replace(results[0], track=((0.0, failed),))
-        Store(file, EpisodeResult).add("key", "c0ffee", "2 cores", *results)
-    facts = kept_facts(tmp_path)
-    against = facts["one"]["objectnav-default"]["against"]
-    assert against == {"two": {"wins": 1, "losses": 1, "p": 1.0, "same_path": 3}}
-    assert facts["far"]["objectnav-default"]["against"] == {}
-
-
-def test_episodes_of_several_goals_are_counted_by_home_and_by_goals_in_a_row(tmp_path):
-    reached, missed = (episode(1100, "sofa", success).goals[0] for success in (True, False))
-    wrong = replace(missed, claimed=True)
-    runs = [
-        replace(episode(home, "sofa", True), episode=Episode(home, ("sofa",) * 4), goals=goals)
-        for home, goals in ((1100, (reached,) * 4), (1100, (reached, wrong)), (1101, (missed,)))
-    ]
-    Store(tmp_path / "few" / "multi-default.jsonl", EpisodeResult).add("key", "c0", "2", *runs)
-    facts = kept_facts(tmp_path)["few"]["multi-default"]
-    assert facts["of_home"] == {1100: 2, 1101: 1}
-    assert (facts["asked_for"], facts["ended_at"], facts["ended"]) == ({"sofa": 7}, {"sofa": 2}, 2)
-    assert facts["ended_in"] == {1100: 1, 1101: 1}
-    assert [facts[f"at_least_{n}"]["count"] for n in (1, 2, 3, 4)] == [2, 1, 1, 1]
-    assert (facts["all"]["count"], facts["all"]["of"]) == (1, 3)
-    assert facts["said_wrongly"] == 1
-    assert facts["steps"] == 100.0
-
-
-def test_goals_in_a_row_are_paired_with_goals_in_a_row(tmp_path):
-    for name, failed in (("objectnav-default", ()), ("multi-default", (1, 2)), ("multi-old", (3,))):
-        results = [episode(1100 + i, "sofa", i not in failed) for i in range(5)]
-        Store(tmp_path / "few" / f"{name}.jsonl", EpisodeResult).add("key", "c0", "2", *results)
-    paired = kept_facts(tmp_path)["few"]["multi-old"]["default_against"]
-    assert paired == {"wins": 1, "losses": 2, "p": 1.0}
 
 
 def test_every_figure_of_this_repository_is_what_its_rows_say(monkeypatch):
     monkeypatch.chdir(ROOT)
     assert pages.problems() == []
+
+
+def test_a_table_of_results_that_was_changed_by_hand_is_found(tmp_path, monkeypatch):
+    monkeypatch.setattr(pages, "RESULTS", tmp_path)
+    monkeypatch.setattr(pages, "ROWS", ROOT / pages.ROWS)
+    monkeypatch.setattr(pages, "README", tmp_path / "README.md")
+    monkeypatch.setattr(pages, "MADE", {})
+    monkeypatch.setattr(pages, "kept_facts", lambda rows: {})
+    section = '[[section]]\npage = "README.md"\n'
+    (tmp_path / "claims.toml").write_text(section)
+    (tmp_path / "README.md").write_text(f"# Title\n\n{BEGIN}| old | 3 |\n{END}\n\nText.\n")
+    monkeypatch.chdir(tmp_path)
+    [line] = pages.problems()
+    assert line.startswith(f"{tmp_path / 'README.md'} is not what its rows make")
+    pages.write_pages()
+    text = (tmp_path / "README.md").read_text()
+    assert text.startswith(f"# Title\n\n{BEGIN}| ") and text.endswith(f" |\n{END}\n\nText.\n")
+    assert "| the robot says wrongly that it has arrived | 8 of 295, 2.7 % (" in text
+    assert "92 and 104 (p = 0.02)" in text and "no direct comparison" in text
+    assert pages.problems() == []
+    (tmp_path / "README.md").write_text(text.replace("Text.", "Text, 4 times."))
+    [line] = pages.problems()
+    assert "Text, 4 times.' is in no claim" in line
 
 
 def test_of_each_mutant_the_last_line_counts_and_none_that_fails_at_import(tmp_path):
@@ -190,51 +172,16 @@ def test_of_each_mutant_the_last_line_counts_and_none_that_fails_at_import(tmp_p
 def test_a_page_that_was_changed_by_hand_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "RESULTS", tmp_path)
     monkeypatch.setattr(pages, "ROWS", tmp_path / "rows")
+    monkeypatch.setattr(pages, "README", tmp_path / "README.md")
+    (tmp_path / "README.md").write_text("# Title\n")
     monkeypatch.setattr(pages, "MADE", {
         "walk": lambda rows, page: f"{rows.name} of {page.name}\n",
         "flat": lambda rows, page: "",
     })  # fmt: skip
     (tmp_path / "claims.toml").write_text("")
     (tmp_path / "rows").mkdir()
-    assert pages.write_pages() == [tmp_path / "walk.md"]
+    assert pages.write_pages() == [tmp_path / "walk.md", tmp_path / "README.md"]
     assert pages.problems() == []
     (tmp_path / "walk.md").write_text("walk of walk.md, and more\n")
     [line] = pages.problems()
     assert "walk.md is not what its rows make" in line
-
-
-def test_answers_of_maps_and_what_is_driven_on_are_facts(tmp_path):
-    there = [("sofa", "present", True, True), ("bed", "present", True, False)]
-    absent = [("crib", "elsewhere", False, False), ("zebra", "nowhere", True, False)]
-    answers = [
-        ThingAnswer(1, text, kind, located, 0.7, correct)
-        for text, kind, located, correct in (*there, *absent)
-    ]
-    Store(tmp_path / "b" / "absent-offset.jsonl", ThingAnswer).add("k", "c0", "hw", *answers)
-    goals = [
-        GoalResult("crib", False, claimed, "", "", None, 100, 9.0, None, 9.0, outcome, 0.9, truly)
-        for claimed, outcome, truly in (
-            (False, Outcome.NOT_FOUND, 0.85), (False, Outcome.NOT_FOUND, 0.75),
-            (True, Outcome.ARRIVED, 0.9),
-        )
-    ]  # fmt: skip
-    searches = [
-        EpisodeResult(Episode(1, ("crib",), n), (goal,), 0, None, 1.0, (), (0.0, 0.0, 0.0))
-        for n, goal in enumerate(goals)
-    ]
-    Store(tmp_path / "b" / "absent-by-searching.jsonl", EpisodeResult).add(
-        "k", "c0", "hw", *searches
-    )
-    ways = [
-        Overshoot(Episode(home, ("sofa",)), 9.0, before, before is not None)
-        for home, before in ((1, 4.0), (2, None))
-    ]
-    Store(tmp_path / "b" / "overshoot-old.jsonl", Overshoot).add("k", "c0", "hw", *ways)
-    facts = kept_facts(tmp_path)["b"]
-    offset, vain = facts["absent-offset"], facts["absent-by-searching"]
-    assert (offset["found"]["count"], offset["found"]["of"]) == (1, 2)
-    assert (offset["refused"]["percent"], offset["elsewhere"]["percent"]) == (50.0, 100.0)
-    assert (vain["refused"]["count"], vain["claimed"]["of"], vain["steps"]) == (2, 3, 100)
-    assert (vain["seen_close"]["count"], vain["seen_close"]["of"]) == (1, 2)
-    on = facts["overshoot-old"]
-    assert (on["of"], on["stood"], on["before"], on["after"]) == (2, 1, 4.0, 5.0)

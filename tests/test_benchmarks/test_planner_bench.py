@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.harness.store import Store
 from benchmarks.planner import bench, peers
 from benchmarks.planner.bench import CaseTimes, PlannerRun, PlannerTime, planner_result
 from benchmarks.planner.grids import planner_cases, recorded_map, recorded_maps
@@ -122,19 +123,21 @@ def test_a_missing_package_or_compiler_is_a_line(monkeypatch):
     assert found == [] and "does not compile" in lines[0]
 
 
+RUN = PlannerRun(
+    (
+        case_of("open", "near", (1.0, True), (4.0, True), (0.5, False)),
+        case_of("open", "far", (1.0, True), (3.0, True), (2.0, True)),
+        case_of("maze", "near", (2.0, True), (1.0, True)),
+        case_of("maze", "far", (1.0, True), (0.9, False)),
+    ),
+    12.5,
+    ("a line",),
+    40.0,
+)
+
+
 def test_the_summary_has_the_median_and_the_worst_group():
-    run = PlannerRun(
-        (
-            case_of("open", "near", (1.0, True), (4.0, True), (0.5, False)),
-            case_of("open", "far", (1.0, True), (3.0, True), (2.0, True)),
-            case_of("maze", "near", (2.0, True), (1.0, True)),
-            case_of("maze", "far", (1.0, True), (0.9, False)),
-        ),
-        12.5,
-        ("a line",),
-        40.0,
-    )
-    result = planner_result(run)
+    result = planner_result(RUN)
     assert result.summary == {
         "cases": 4,
         "median_speedup_over_best_peer": 2.0,
@@ -155,5 +158,11 @@ def test_recorded_maps_are_maps_of_homes():
     assert bench.home_map_time() > 0.0
 
 
-def test_without_kept_runs_there_is_no_page(tmp_path):
+def test_the_page_has_a_line_for_each_kind_of_map_and_distance(tmp_path):
     assert planner_page(tmp_path, tmp_path / "planner.md") == ""
+    Store(tmp_path / "runs.jsonl", PlannerRun).add("key", "c0ffee", "2 cores", RUN)
+    text = planner_page(tmp_path, tmp_path / "planner.md")
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines()]
+    assert ["open, near", "1", "1", "4", "4.00", "4.00"] in rows
+    assert ["maze, far", "1", "1", "-", "-", "-"] in rows
+    assert "Over all 4 cases the median speedup is 2.0" in text and "Commit c0ffee" in text

@@ -10,18 +10,22 @@ from benchmarks.episodes.episode import (
     BelievedAnswer,
     Episode,
     EpisodeResult,
-    ExplorationResult,
     GoalResult,
     HomeGoals,
     QueryResult,
 )
 from benchmarks.episodes.exploration import SCALE_SETS
-from benchmarks.fast_world.ranking import ranking_page
 from benchmarks.harness.bench_plan import results_file
 from benchmarks.harness.store import Store
 from benchmarks.objectnav import overshoot
+from benchmarks.objectnav.home_tables import models_section
 from benchmarks.objectnav.retrieval import retrieval_stores
-from benchmarks.objectnav.search_page import search_page, spl_difference
+from benchmarks.objectnav.search_page import (
+    search_page,
+    spl_difference,
+    three_and_coarsest,
+    wrong_arrivals,
+)
 from vizbot.core.observer import Outcome
 
 GOALS = ("bed", "chair", "sofa", "kitchen", "window")
@@ -58,7 +62,7 @@ def cells(text, first):
 
 
 def test_without_the_default_row_there_is_no_page(folder):
-    keep(folder, "old", "0ld", map(driven, EPISODES))
+    keep(folder, "former", "0ld", map(driven, EPISODES))
     assert search_page(folder, folder / "search.md") == ""
 
 
@@ -66,20 +70,19 @@ def test_two_searches_are_paired_and_wrong_arrivals_are_counted_apart_from_givin
     gave_up, wrong, *others = EPISODES
     old = [driven(each, way=50.0) for each in others]
     old += [driven(gave_up, False, claimed=False), driven(wrong, False)]
-    keep(folder, "old", "0ld", old)
+    keep(folder, "former", "0ld", old)
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
     text = search_page(folder, folder / "search.md")
     assert text.startswith("# Search\n")
-    assert "- old: commit 0ld, 2 cores\n- default: commit c0ffee, 2 cores" in text
-    assert "nothing here is compared" not in text
-    assert cells(text, "old")[:2] == ["10", "80.0"] and cells(text, "old")[4] == "1 of 10"
-    assert cells(text, "old")[5] == "8.0"
+    assert "- former: commit 0ld, 2 cores\n- default: commit c0ffee, 2 cores" in text
+    assert cells(text, "former")[:2] == ["10", "80.0"] and cells(text, "former")[4] == "1 of 10"
+    assert cells(text, "former")[5] == "8.0"
     assert cells(text, "default")[:2] == ["10", "100.0"] and cells(text, "default")[5] == "50.0"
     # Home 1040 has both failures: 0.5 - 3 x 0.1 / 5 there, 0.5 - 0.1 in the other one.
-    assert cells(text, "default against old") == ["2", "0", "0.5", "+42.0", "40 to 44"]
+    assert cells(text, "default and former") == ["2", "0", "0.5", "+42.0", "40 to 44"]
 
 
-def test_arrivals_are_held_against_the_probability_that_the_robot_gave(folder):
+def test_arrivals_stand_beside_the_probability_that_the_robot_gave(folder):
     sure = [("92% sure, from near by", True), ("70% sure, from near by", False)]
     sure += [("78% sure, from near by", True), ("80% of it was seen", False)]
     results = []
@@ -87,7 +90,7 @@ def test_arrivals_are_held_against_the_probability_that_the_robot_gave(folder):
         result = driven(episode, right, claimed="sure" in answer)
         results.append(replace(result, goals=(replace(result.goals[0], answer=answer),)))
     keep(folder, "default", "c0ffee", results)
-    text = search_page(folder, folder / "search.md").split("## How sure the robot was")[1]
+    text = search_page(folder, folder / "search.md").split("## How sure the robot is")[1]
     assert cells(text, "0.7 to 0.8") == ["2", "1", "0.5"]
     assert cells(text, "0.9 to 1.0") == ["1", "0", "0.1"]
     assert "0.8 to 0.9" not in text
@@ -119,17 +122,10 @@ def test_where_the_truth_about_what_was_seen_was_not_kept_the_page_says_nothing_
 
 def test_a_row_of_two_computers_says_how_much_each_drove(folder):
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
-    keep(folder, "old", "0ld", map(driven, EPISODES[:3]), hardware="16 cores")
-    keep(folder, "old", "0ld", map(driven, EPISODES[3:]))
-    text = search_page(folder, folder.with_name("search_repaired.md"))
-    assert text.startswith("# Search repaired\n")
-    assert "- old: commit 0ld, 2 cores (7 episodes) and 16 cores (3 episodes)" in text
-
-
-def test_where_the_search_before_is_not_driven_the_page_says_that_nothing_is_compared(folder):
-    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    keep(folder, "former", "0ld", map(driven, EPISODES[:3]), hardware="16 cores")
+    keep(folder, "former", "0ld", map(driven, EPISODES[3:]))
     text = search_page(folder, folder / "search.md")
-    assert "nothing here is compared" in text and "against" not in text
+    assert "- former: commit 0ld, 2 cores (7 episodes) and 16 cores (3 episodes)" in text
 
 
 def test_a_row_of_a_part_stands_beside_the_default_on_that_part(folder):
@@ -137,38 +133,11 @@ def test_a_row_of_a_part_stands_beside_the_default_on_that_part(folder):
     keep(folder, "scaled", "c0ffee", map(driven, EPISODES[4:6]))
     text = search_page(folder, folder / "search.md")
     assert cells(text, "scaled")[:2] == ["2", "100.0"]
-    assert "`scaled`: the embedded" in text and "`offset`" not in text
+    assert "- `scaled`: cosines lie" in text and "`offset`" not in text
     assert cells(text, "default, the same goals")[:2] == ["2", "50.0"]
-    assert "Without its parts" not in text
 
 
-def test_searches_without_a_part_are_paired_with_the_whole_one_of_their_own_computer(folder):
-    keep(folder, "default", "c0ffee", [driven(each, each.home == 1040) for each in EPISODES])
-    parts = folder.with_name("search_parts")
-    elsewhere = [driven(each, number < 2) for number, each in enumerate(EPISODES[3:6])]
-    keep(parts, "default", "c0ffee", elsewhere, hardware="16 cores")
-    keep(parts, "without commitment", "c0ffee", map(driven, EPISODES[3:6]), hardware="16 cores")
-    without, both = search_page(folder, folder / "search.md").split("## The same goals on another")
-    assert "Driven on 16 cores" in without and "are of 2 cores" in without
-    assert cells(without, "default against without commitment")[:2] == ["0", "1"]
-    assert cells(both, "default on 16 cores")[:2] == ["3", "66.7"]
-    assert cells(both, "default, the same goals")[:2] == ["3", "66.7"]
-    assert cells(both, "default against default on 16 cores")[:3] == ["0", "0", "1"]
-
-
-def test_searches_without_a_part_say_how_much_of_the_whole_one_came_out_the_same(folder):
-    keep(folder, "default", "c0ffee", map(driven, EPISODES))
-    parts = folder.with_name("search_parts")
-    again = [driven(each, way=10.0 + number // 2) for number, each in enumerate(EPISODES[3:6])]
-    keep(parts, "default", "c0de", [replace(each, wall_seconds=7.0) for each in again])
-    keep(parts, "without commitment", "c0de", [driven(each, False) for each in EPISODES[3:6]])
-    text = search_page(folder, folder / "search.md").split("## Without its parts")[1]
-    assert "Driven at commit c0de" in text and "2 of its 3 episodes are those of" in text
-    assert cells(text, "default against without commitment")[:2] == ["3", "0"]
-    assert "another computer" not in text
-
-
-def test_what_the_truth_about_one_part_mends_is_told_of_the_failures(folder):
+def test_failures_that_succeed_with_the_truth_about_one_part_are_counted(folder):
     driven_by_default = [driven(each, each.goals != ("sofa",)) for each in EPISODES]
     keep(folder, "default", "c0ffee", driven_by_default)
     assert "the truth about one part" not in search_page(folder, folder / "search.md").lower()
@@ -177,10 +146,13 @@ def test_what_the_truth_about_one_part_mends_is_told_of_the_failures(folder):
     keep(true, "true pose", "c0de", [driven(each, each not in failed[1:]) for each in again])
     keep(true, "true map", "c0de", [driven(each, each in succeeded[1:]) for each in again])
     text = search_page(folder, folder / "search.md").split("## With the truth about one part")[1]
-    assert "at commit c0de." in text
+    assert "drawn by lot, at commit c0de." in text
     assert cells(text, "true pose")[-2:] == ["1 of 2", "2 of 2"]
     assert cells(text, "true map")[-2:] == ["0 of 2", "1 of 2"]
-    assert "Of 2 failed episodes" in text and "mends 1. 1 fail whichever" in text
+    assert (
+        "Of 2 failed episodes" in text
+        and "repeated, 1 succeed with the truth about one part or another. 1 fail" in text
+    )
 
 
 def test_failures_and_goals_in_a_row_are_told(folder):
@@ -194,31 +166,12 @@ def test_failures_and_goals_in_a_row_are_told(folder):
     assert cells(text, "home 1041, sofa")[:2] == ["3.00 m away", "sure"]
     in_a_row = text.split("## Four goals in a row")[1]
     assert cells(in_a_row, "default")[:5] == ["1", "1", "1", "1", "1"]
-    assert "Only default reached all four" not in in_a_row
+    assert "Only default reached" not in in_a_row
     fewer = replace(four, goals=(*four.goals[:3], driven(EPISODES[3], success=False).goals[0]))
-    keep(folder, "old", "c0ffee", [fewer], bench="multi")
+    keep(folder, "former", "c0ffee", [fewer], bench="multi")
     in_a_row = search_page(folder, folder / "search.md").split("## Four goals in a row")[1]
-    assert cells(in_a_row, "old")[:5] == ["1", "1", "1", "1", "0"]
-    assert "Only default reached all four 1 times, only old 0 times" in in_a_row
-
-
-def test_questions_to_maps_are_told_by_each_encoder(folder):
-    keep(folder, "default", "c0ffee", map(driven, EPISODES))
-    assert "## Questions to maps" not in search_page(folder, folder / "search.md")
-    for scale, right in ((None, (True, True)), ("offset", (True, False))):
-        explorations, queries = retrieval_stores(folder, scale)
-        explorations.add("a", "c0ffee", "2 cores", ExplorationResult(1040, True, "all seen", 90))
-        for scales in SCALE_SETS:
-            answers = [
-                QueryResult(1040, scales, text, True, 0.5, 0.5, (1.0, 2.0), each, False,
-                            BelievedAnswer(0.8, each))
-                for text, each in zip(("bed", "sofa"), right, strict=True)
-            ]  # fmt: skip
-            queries.add("a", "c0ffee", "2 cores", *answers)
-    text = search_page(folder, folder / "search.md")
-    by_encoder = text.split("| encoder")[1]
-    assert cells(by_encoder, "default")[:4] == ["2", "100.0", "0.0", "0.200"]
-    assert cells(by_encoder, "offset")[:4] == ["2", "50.0", "0.0", "0.300"]
+    assert cells(in_a_row, "former")[:5] == ["1", "1", "1", "1", "0"]
+    assert "Only default reached all four in 1 episodes, only former in 0 (" in in_a_row
 
 
 def test_what_is_not_there_is_told_by_maps_and_by_searches(folder):
@@ -270,37 +223,81 @@ def test_what_is_driven_after_a_stop_would_do_is_asked_of_the_scorer(folder, mon
     kept = Store(results_file(folder, "overshoot", "default"), overshoot.Overshoot).fullest()
     assert [(each.result.before, each.result.after) for each in kept] == [(2.0, 3.5), (None, None)]
     text = search_page(folder, folder / "search.md")
-    driven_on = text.split("## Driven after the robot first stood")[1]
+    driven_on = text.split("## Way before and after")[1]
     assert cells(driven_on, "default")[:6] == ["2", "1", "2.0", "3.5", "3.5", "1"]
 
 
-def test_searches_in_the_fast_world_stand_beside_those_in_the_whole_loop(tmp_path):
-    folder = tmp_path / "ranking"
-    for name, whole, fast in (("paper", 50.0, 40.0), ("old choosy 1.0", 25.0, 20.0)):
-        keep(folder, name, "0ld", [driven(each, way=whole) for each in EPISODES], bench="whole")
-        assert ranking_page(folder, folder / "ranking.md") == ""
-        keep(folder, name, "0ld", [driven(each, way=fast) for each in EPISODES[:5]], bench="fast")
-        keep(folder, "default", "c0ffee", map(driven, EPISODES), bench="whole")
-    text = ranking_page(folder, folder / "ranking.md")
-    spl, fast_spl = "10.0 ± 0.0", "12.5 ± 0.0"
-    assert cells(text, "paper") == ["5", "100.0", spl, "100", "100.0", fast_spl, "100", "0ld"]
-    assert cells(text, "old, choosy 1.0")[2] == "20.0 ± 0.0" and "(Spearman): 1.00" in text
+def test_the_difference_of_spl_is_over_common_goals_alone():
+    ours = [driven(each, way=5.0) for each in EPISODES]
+    theirs = [driven(each, way=10.0) for each in EPISODES[:5]]
+    assert spl_difference(ours, theirs)[0] == pytest.approx(0.5)
+    assert spl_difference(ours, []) == (0.0, None)
 
 
-def test_how_much_spl_differs_between_episodes_stands_beside_it(tmp_path):
-    folder = tmp_path / "ranking"
-    for name, ways in (("old", (20.0, 10.0)), ("default", (10.0, 5.0))):
-        for world in ("whole", "fast"):
-            rows = [driven(each, way=way) for each, way in zip(EPISODES[:2], ways, strict=True)]
-            keep(folder, name, "c0ffee", rows, bench=world)
-    text = ranking_page(folder, folder / "ranking.md")
-    assert cells(text, "old")[2] == "37.5 ± 12.5"
-    assert cells(text, "default")[5] == "75.0 ± 25.0"
+def test_wrong_arrivals_are_counted_over_single_goals_and_goals_in_a_row(folder):
+    keep(folder, "default", "c0ffee", [driven(each, each.home == 1040) for each in EPISODES])
+    wrong, gave_up = (driven(EPISODES[1], False, claimed).goals[0] for claimed in (True, False))
+    rows = [
+        replace(driven(EPISODES[0]), episode=Episode(1040, GOALS, number, 4), goals=goals)
+        for number, goals in enumerate([(wrong,), (driven(EPISODES[0]).goals[0], gave_up)])
+    ]
+    keep(folder, "default", "c0ffee", rows, bench="multi")
+    rate, over_homes = wrong_arrivals(folder)
+    assert (rate.count, rate.trials) == (6, 13)
+    assert over_homes == pytest.approx((1 / 8, 1.0))
+    text = search_page(folder, folder / "search.md")
+    assert "Of all 13 goals" in text and "6 times (46.2 %, over homes 12 to 100)" in text
 
 
-def test_distinct_models_of_goals_are_counted_where_they_are_recorded(folder):
+def test_the_paper_s_method_is_compared_on_the_quick_share_and_the_page_says_so(folder):
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
-    assert "distinct models" not in search_page(folder, folder / "search.md")
+    assert "## The paper's method" not in search_page(folder, folder / "search.md")
+    quick = folder.with_name("quick_share")
+    keep(quick, "default", "c0de", map(driven, EPISODES[:4]))
+    keep(quick, "paper", "c0de", [driven(each, each == EPISODES[0]) for each in EPISODES[:4]])
+    text = search_page(folder, folder / "search.md").split("## The paper's method")[1]
+    assert "has not been driven on the board" in text and "homes 1100 to 1107" in text
+    assert cells(text, "paper")[:2] == ["4", "25.0"]
+    assert cells(text, "default and paper")[:2] == ["3", "0"]
+
+
+def test_equal_paths_of_other_cosines_are_counted_on_the_same_computer(folder):
+    tracks = [((0.0, 0.0), (number, 1.0)) for number in range(len(EPISODES))]
+    moved = [
+        replace(driven(each), track=track) for each, track in zip(EPISODES, tracks, strict=True)
+    ]
+    keep(folder, "default", "c0ffee", moved)
+    parted = replace(moved[1], track=((9.0, 9.0),))
+    keep(folder, "scaled", "c0ffee", [moved[0], parted, replace(moved[2], track=((8.0, 8.0),))])
+    keep(folder.with_name("search_again"), "default", "c0ffee", [parted])
+    text = search_page(folder, folder / "search.md")
+    assert "`scaled` 2 of 3 paths" in text and "for 1 of them" in text
+
+
+def test_questions_to_maps_compare_three_scales_with_the_coarsest_by_both_rules(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    assert "## Questions to maps" not in search_page(folder, folder / "search.md")
+    _, queries = retrieval_stores(folder)
+    for scales in SCALE_SETS:
+        answers = [
+            QueryResult(1040, scales, text, True, 0.5, 0.5, (1.0, 2.0), right, scales == (1,),
+                        BelievedAnswer(0.8, right))
+            for text, right in zip(("bed", "sofa"), (True, len(scales) == 3), strict=True)
+        ]  # fmt: skip
+        queries.add("a", "c0ffee", "2 cores", *answers)
+    compared = three_and_coarsest([line.result for line in queries.fullest()])
+    counts = [(three.count, alone.count, p) for three, alone, p in compared]
+    assert counts == [(2, 1, 1.0), (0, 2, 0.5)]
+    text = search_page(folder, folder / "search.md")
+    assert "2 and 1 of 2 (p = 1.00) rightly by the robot's rule" in text
+    assert "0 and 2 of 2 (p = 0.50) by the paper's own" in text
+    assert "Expected calibration error 0.200, log loss" in text
+    assert "is not shown: 0 of 2 comparisons show it" in text and "embedded_clip.md)" in text
+
+
+def test_different_models_of_goals_are_counted_where_they_are_recorded(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    assert "different models" not in search_page(folder, folder / "search.md")
     models = (("bed", "one"), ("bed", "own shape: bed 1040-0-0 of boards"), ("sofa", "one"))
     Store(folder / "homes.jsonl", HomeGoals).add(
         "newer", "c0ffee", "2 cores", *(HomeGoals(home, GOALS, models) for home in HOMES)
@@ -310,8 +307,22 @@ def test_distinct_models_of_goals_are_counted_where_they_are_recorded(folder):
     assert cells(text, "sofa")[:4] == ["2", "1", "0", "1"]
 
 
-def test_the_difference_of_spl_is_over_common_goals_alone():
-    ours = [driven(each, way=5.0) for each in EPISODES]
-    theirs = [driven(each, way=10.0) for each in EPISODES[:5]]
-    assert spl_difference(ours, theirs)[0] == pytest.approx(0.5)
-    assert spl_difference(ours, []) == (0.0, None)
+def test_a_model_counts_once_over_all_homes_and_goals_that_no_home_has_are_left_out():
+    homes = [
+        HomeGoals(1000, ("bed", "tv", "kitchen"), (("bed", "A"), ("bed", "B"), ("tv", "C"))),
+        HomeGoals(1001, ("bed", "tv"), (("bed", "B"), ("bed", "D"), ("tv", "C"))),
+    ]
+    text = models_section(homes)
+    assert cells(text, "bed") == ["2", "3", "0", "3"]
+    assert cells(text, "tv") == ["2", "1", "0", "1"]
+    assert "| kitchen" not in text
+
+
+def test_shapes_of_boards_count_as_unseen_and_those_of_homes_for_development_as_seen():
+    shapes = [f"own shape: bed {i}" for i in range(4)]
+    homes = [
+        HomeGoals(1019, ("bed",), (("bed", shapes[0]),)),
+        HomeGoals(1150, ("bed",), (("bed", shapes[1]),)),
+        HomeGoals(1200, ("bed",), (("bed", shapes[2]), ("bed", shapes[3]), ("bed", "A"))),
+    ]
+    assert cells(models_section(homes), "bed") == ["3", "5", "4", "3"]

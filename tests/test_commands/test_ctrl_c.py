@@ -8,9 +8,10 @@ import sys
 
 import pytest
 
+from benchmarks.objectnav import single_goal
 from mapping import map_bundle
 from sim_stubs.roomba.serial_line import SerialLine
-from vizbot.commands import bench, progress, voice
+from vizbot.commands import progress, voice
 from vizbot.operator.voice.microphone import Microphone
 
 pytestmark = pytest.mark.usefixtures("signals")
@@ -93,7 +94,7 @@ def test_an_interrupt_is_how_a_run_that_serves_ends_whatever_it_arrives_as(run, 
 
 
 def test_a_benchmark_that_is_interrupted_says_so(run, monkeypatch):
-    monkeypatch.setitem(bench.BENCHES, "objectnav", ctrl_c)
+    monkeypatch.setattr(single_goal, "run_single_goal", ctrl_c)
     code, out, err = run("bench", "objectnav", "--quick")
     assert (code, out, err.splitlines()[-1]) == (130, "", "vizbot: interrupted")
 

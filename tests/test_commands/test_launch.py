@@ -26,8 +26,8 @@ from tests.helpers.served import arrived
 from vizbot.cli import app as cli
 from vizbot.commands import launch
 from vizbot.core.geometry import yaw_of
+from vizbot.operator.language.dialogue import Dialogue
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.voice.dialogue import Dialogue
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 
 from mapping import map_bundle
 from mapping.clip.reading import Reading
-from tests.helpers.bundles import bundle_of, make_older
+from tests.helpers.bundles import bundle_of
 from vizbot.commands.map import query
 from vizbot.commands.options import MapQueryOptions
 from vizbot.core.errors import ConfigError, MapError
@@ -93,12 +93,6 @@ def test_by_belief_the_answers_are_places_with_their_probabilities(ask, capsys):
     assert 0.0 < probabilities[-1] <= probabilities[0] < 1.0
     assert answer["threshold"] == 0.5
     assert answer["outcome"] == ("located" if probabilities[0] > 0.5 else "not_found")
-
-
-def test_by_belief_a_map_from_before_there_were_places_answers_too(ask, tmp_path, capsys):
-    make_older(tmp_path / "home")
-    ask()
-    assert len(json.loads(capsys.readouterr().out)["candidates"]) > 0
 
 
 @pytest.mark.parametrize(

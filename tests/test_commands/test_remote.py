@@ -95,7 +95,7 @@ def test_an_exploration_is_asked_for_at_once_from_the_command_line(client, sessi
 
 def test_stop_and_status(client, session, tmp_path, capsys):
     session.on_step(replace(step(3, x=1.5), why="nothing is known yet"))
-    session.folder = tmp_path
+    session.robot.folder = tmp_path
     session.ask(["sofa", "bed"])
     remote.status(client, as_json=False)
     assert capsys.readouterr().out.splitlines() == [

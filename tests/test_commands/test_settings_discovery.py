@@ -8,12 +8,13 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
+from benchmarks.slam import homes
 from drivers.roomba.serial_port import open_serial
 from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
 from vizbot import doctor as doctor_checks
 from vizbot.cli import app as cli
-from vizbot.commands import bench, calibrate, doctor, teleop
+from vizbot.commands import calibrate, doctor, teleop
 from vizbot.commands import map as map_command
 from vizbot.commands.config.discovery import load_settings, settings_file
 from vizbot.commands.config.settings_table import all_tables
@@ -177,7 +178,7 @@ def test_a_benchmark_depends_on_no_file_that_is_found(places, run, monkeypatch):
         used.append(config)
         raise ConfigError("enough was seen; end here")
 
-    monkeypatch.setattr(bench.slam_homes, "run_slam_homes", run_slam_homes)
+    monkeypatch.setattr(homes, "run_slam_homes", run_slam_homes)
     places[1].write_text("[mount]\nheight = 0.65\n")
     for named in ("robot.toml", "none.toml"):
         monkeypatch.setenv("VIZBOT_CONFIG", named)
@@ -187,7 +188,9 @@ def test_a_benchmark_depends_on_no_file_that_is_found(places, run, monkeypatch):
 
 
 def test_the_help_says_where_settings_are_looked_for_and_that_benchmarks_look_nowhere(run):
-    launch, benches = (" ".join(run(name, "--help")[1].split()) for name in ("launch", "bench"))
+    launch, benches = (
+        " ".join(run(*name, "--help")[1].split()) for name in (("launch",), ("bench", "objectnav"))
+    )
     assert "VIZBOT_CONFIG" in launch
     assert "VIZBOT_CONFIG" not in benches and "no file" in benches
 

@@ -213,34 +213,35 @@ TABLE = """
     map export nowhere --format tum --out a.tum | no map at nowhere | map build
     map difference home torn | 'difference' | --help
     bench | which benchmark? | objectnav, multi
-    bench speed | 'speed' | objectnav, multi
+    bench speed | 'speed' | vizbot bench --help
     bench objectnav --seeds a,b | 'a,b' | 1000,1001
     bench objectnav --seeds 3 | home 3 of --seeds | --out
     bench objectnav --rows nosuch | 'nosuch' | default
-    bench objectnav --hours 1 | --hours 1.0 | leave it out
-    bench objectnav walk | SEQ walk | leave it out
-    bench objectnav --worlds a.xml --seeds 1000 | --worlds a.xml | leave them out
+    bench objectnav --hours 1 | --hours | vizbot bench objectnav --help
+    bench objectnav walk | (walk) | vizbot bench objectnav --help
+    bench objectnav --worlds a.xml --seeds 1000 | --worlds a.xml | one of them
     bench objectnav --worlds nowhere.xml | nowhere.xml is not there | .sh3d
     bench objectnav --clip ViT-B/32 | --clip | --out
     bench objectnav --out file | --out file | another folder
     bench objectnav --fast --seeds 1000 | home 1000 | from 1100 to 1199
     bench objectnav --method paper --rows default | --method paper | leave out --rows
     bench objectnav --encoder-scale big | --encoder-scale big | 'clip', 'offset'
-    bench multi --fast | --fast | leave it out
+    bench multi --fast | --fast | vizbot bench multi --help
     bench slam nowhere | nowhere: no such folder | TUM
     bench slam walk --stride 0 | --stride 0 | at least 1
-    bench slam walk --seeds 1000 | --seeds 1000 | leave it out
+    bench slam walk --seeds 1000 | --seeds | leave them out
     bench slam walk --stride 1001 | --stride 1001 | at most 1000
     bench slam --hours 1e9 | --hours 1e9 | at most 1000
     bench slam --hours 0 | --hours 0 | at least 0.001
     bench slam --hours 1 --seeds 1000,1001 | --seeds 1000,1001 | one
-    bench questions walk | --questions FILE.toml
+    bench questions walk | '--questions' | vizbot bench questions --help
     bench questions walk --questions nowhere.toml | nowhere.toml | give a TOML file
     bench faults --seeds 5 | home 5 of --seeds | 1000
-    bench loop --out there | --out there | leave it out
-    bench objectnav --against HEAD | --against HEAD | loop
-    bench --check --quick | --check | leave out --quick
-    bench objectnav walk --check --json | --check | leave out NAME, SEQ, --json
+    bench loop --out there | --out | vizbot bench loop --help
+    bench objectnav --against HEAD | --against | vizbot bench objectnav --help
+    bench --check --quick | --quick | vizbot bench --help
+    bench --check objectnav | --check | leave out objectnav
+    bench objectnav walk --check --json | --check | vizbot bench objectnav --help
     teleop --base tank | --base tank | roomba or sim
     goal | 'TEXT...' | --help
     goal '' | the goal '' is empty | 'yellow chair'

@@ -98,8 +98,8 @@ def open_everything(page, robot):
     until(page, lambda: robot.session.queue.current() is None)
     robot.arrive("yellow chair")
     says(page, "#arrival-title", "Found the yellow chair")
-    state = robot.session.base_state()
-    robot.session.base_state = lambda: type(state)(
+    state = robot.session.robot.base_state()
+    robot.session.robot.base_state = lambda: type(state)(
         0.0, state.T_odom_base, True, False, (True,) * 4, (False, False), 0.1, BaseMode.PASSIVE
     )
     says(page, "#held-why", "stopped at an edge")

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tests.helpers.browsing import box_of, says, take_lease, touch_screen, until
-from vizbot.behaviours.base_mode import MAYBE_MOVED
+from vizbot.behaviours.safety import MAYBE_MOVED
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode, Charging
 
@@ -14,8 +14,8 @@ LIFTED = {"wheel_drops": (True, False)}
 
 
 def feel(robot, **felt):
-    state = replace(robot.session.base_state(), **felt)
-    robot.session.base_state = lambda: state
+    state = replace(robot.session.robot.base_state(), **felt)
+    robot.session.robot.base_state = lambda: state
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def resumed(robot):
         resumed.append(True)
         feel(robot, mode=BaseMode.SAFE)
 
-    robot.session.resume_base = resume
+    robot.session.robot.resume_base = resume
     return resumed
 
 
@@ -103,7 +103,7 @@ def test_how_sure_the_robot_is_is_told(page, robot):
 def test_of_a_base_that_is_silent_nothing_is_known_and_its_charge_stays_for_a_while(page, robot):
     says(page, "#feels", "bump left")
     page.clock.install()
-    robot.session.base_state = lambda: None
+    robot.session.robot.base_state = lambda: None
     for fact in ("#mode", "#feels"):
         until(page, lambda: page.locator(fact).inner_text() == "unknown")  # noqa: B023
     assert page.locator("#battery").inner_text() == "50 %"

@@ -8,7 +8,7 @@ import pytest
 
 from mapping.tum import read_trajectory
 from sim_stubs.homes.textures.canvas import texture_folder
-from sim_stubs.world.labels import read_labels
+from sim_stubs.world.mjcf_things import read_labels
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import (

@@ -2,21 +2,21 @@
 
 import pytest
 
-from drivers.roomba.infrared import DockBeam, dock_beams
 from drivers.roomba.packets import (
     GROUPS,
     SIZES,
     BumpsAndWheelDrops,
     Buttons,
     ChargingState,
+    DockBeam,
     LightBumper,
     Overcurrents,
     Packet,
-    decode_packets,
     encode_packets,
     out_of_range,
     singles,
 )
+from tests.helpers.roomba_reply import decode_packets, dock_beams
 
 REPLIES = {
     "R10": (2, [172, 1, 255, 136, 0, 45], {17: 172, 18: 1, 19: -120, 20: 45}),

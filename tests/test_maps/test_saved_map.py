@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from mapping.clip.mapper import ClipMap, FrameElements
-from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import NO_PICTURES
 from mapping.keyframes.anchors import Keyframes
 from mapping.map_bundle import MapBundle, load, save, with_background
@@ -17,7 +16,7 @@ from sim_stubs.clock import SimulatedClock
 from tests.conftest import MeanColours
 from tests.helpers.box_room import T_BASE_CAM, dead_reckoning, lap, render
 from tests.helpers.boxes import LOW_BOX, MOUNT, see
-from tests.helpers.bundles import Encoder, bundle_of, make_older
+from tests.helpers.bundles import Encoder, bundle_of
 from vizbot.config import Config, PerceptionConfig
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert, planar, rotation_angle
@@ -160,21 +159,6 @@ def test_a_robot_finds_itself_in_a_kept_map_and_maps_on(first_run, mean_colours,
     assert len(bundle.cloud.points_keyframe) >= len(first_run.cloud.points_keyframe)
     save(bundle, tmp_path / "home")
     assert len(load(tmp_path / "home").elements.frames) == len(bundle.elements.frames)
-
-
-def test_places_that_the_elements_tell_are_those_that_depth_showed(first_run, tmp_path):
-    save(first_run, tmp_path / "home")
-    make_older(tmp_path / "home")
-    older, poses = load(tmp_path / "home"), first_run.keyframes.poses()
-    shown, told = (
-        {tuple(place) for place in PlaceMap(bundle.places).placed(poses).places.tolist()}
-        for bundle in (first_run, older)
-    )
-    beside = {(x + dx, y + dy) for x, y in shown for dx in (-1, 0, 1) for dy in (-1, 0, 1)}
-    assert len(told) > 20
-    assert len(told & beside) > 0.9 * len(told)
-    frames = older.elements.frames[older.places.elements]
-    assert (frames == frames[:, :1]).all()
 
 
 @pytest.mark.parametrize("lost", [{"statistics": None}, {"pictures": NO_PICTURES}])

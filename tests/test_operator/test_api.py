@@ -87,7 +87,7 @@ def test_what_needs_no_words_comes_at_once_where_it_shall(http, session, path):
 
 def test_a_doubt_is_shown_by_the_base_and_in_the_log(http, session):
     shown = []
-    session.show = shown.append
+    session.robot.show = shown.append
     assert http.post("/doubt", json={"question": 'did you mean "sofa"?'}).json() == {"shown": True}
     assert shown == [Feedback.DOUBT]
     assert http.get("/state").json()["log"][-1]["text"] == 'did you mean "sofa"?'
@@ -171,7 +171,7 @@ def test_a_flood_of_stops_leaves_the_rest_of_the_log(http, session):
 
 def test_the_base_is_asked_to_obey_again(http, session):
     asked = []
-    session.resume_base = lambda: asked.append(True)
+    session.robot.resume_base = lambda: asked.append(True)
     assert http.post("/resume").json() == {"asked": True}
     assert asked == [True]
 
@@ -440,14 +440,14 @@ def test_what_the_robot_goes_up_to_is_told_and_somebody_says_whether_to_go_there
 def test_the_picture_of_what_the_robot_goes_up_to_is_made_when_somebody_looks(
     http, session, looping
 ):
-    session.picture_of_place = lambda place: b"\xff\xd8 " + str(place.score).encode()
+    session.robot.picture_of_place = lambda place: b"\xff\xd8 " + str(place.score).encode()
     session.on_step(step(0))
     session.on_step(replace(step(7), candidate_xy=np.array([2.0, 1.0])))
     picture = http.get("/candidates/7/picture.jpg")
     assert picture.content == b"\xff\xd8 0.34" and picture.headers["cache-control"] == "no-store"
     assert http.get("/candidates/6/picture.jpg").status_code == 404
     assert http.get("/candidates/it/picture.jpg").status_code == 422
-    session.picture_of_place = lambda place: None
+    session.robot.picture_of_place = lambda place: None
     missing = http.get("/candidates/7/picture.jpg")
     assert missing.status_code == 404
     assert missing.json()["detail"] == "no picture of this place was kept"

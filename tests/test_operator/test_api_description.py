@@ -7,8 +7,8 @@ from tests.helpers.documented_api import DocumentedClient, description
 from tests.helpers.served import served, step
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode, BaseState
+from vizbot.operator.language.dispatcher import Reply
 from vizbot.operator.session.place_answers import Answer, FoundPlace
-from vizbot.operator.voice.dialogue import Reply
 
 BASE = BaseState(
     0.0, np.eye(4), True, False, (False,) * 4, (False,) * 2, battery=0.8, mode=BaseMode.SAFE
@@ -68,7 +68,7 @@ def test_no_page_that_would_load_scripts_from_elsewhere_is_served(http):
 
 def test_a_state_with_all_that_it_may_hold_fits_its_model(http, session):
     http.get("/state")
-    session.base_state = lambda: BASE
+    session.robot.base_state = lambda: BASE
     session.ask(["sofa", "bed"])
     session.queue.current()
     session.queue.finish(Outcome.ARRIVED, "there it is", (1.0, 2.0, 0.4))
@@ -111,6 +111,6 @@ def test_sentences_are_answered_as_documented(http, monkeypatch):
     assert http.post("/heard", content=b"no sound").status_code == 422
     doubt = Reply((), "did you mean the sofa?", "go to sofa", heard="go to the so far")
     monkeypatch.setattr(
-        "vizbot.operator.voice.dialogue.Dialogue.spoken", lambda dialogue, sound, who: doubt
+        "vizbot.operator.voice.recordings.Recordings.spoken", lambda recordings, sound, who: doubt
     )
     assert http.post("/heard", content=b"sound").json()["meant"] == "go to sofa"

@@ -28,7 +28,7 @@ STATE = BaseState(
 @pytest.fixture
 def session():
     session = OperatorSession()
-    session.base_state = lambda: STATE
+    session.robot.base_state = lambda: STATE
     return session
 
 
@@ -50,7 +50,7 @@ def test_what_the_base_says_comes_back_as_it_was():
 
 def test_the_wheel_is_taken_driven_and_let_go(client, session):
     resumed = []
-    session.resume_base = lambda: resumed.append(True)
+    session.robot.resume_base = lambda: resumed.append(True)
     with RemoteDrive(client, "ann") as drive:
         wait_for(lambda: session.lease.holder == "ann")
 

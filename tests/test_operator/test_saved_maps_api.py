@@ -53,7 +53,7 @@ def test_saved_maps_are_listed_with_the_time_and_whether_a_robot_is_in_them(http
 
 def test_a_run_that_begins_in_a_saved_map_is_in_it_until_it_ends(maps):
     session = OperatorSession()
-    session.begun_in = maps / "home"
+    session.robot.begun_in = maps / "home"
     with served(session) as server, DocumentedClient(server.url) as http:
         assert listed(http)["home"]["in_use"]
         refused = http.delete("/maps/home")

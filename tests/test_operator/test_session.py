@@ -8,8 +8,8 @@ import pytest
 from tests.helpers.served import step
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome
-from vizbot.operator.session.approached_candidate import ApproachedCandidate, candidate_of
 from vizbot.operator.session.session import OperatorSession
+from vizbot.operator.session.verdicts import ApproachedCandidate, candidate_of
 
 
 class Time:
@@ -35,7 +35,7 @@ def test_the_track_has_places_a_few_centimetres_apart():
 
 def test_the_step_rate_is_that_of_the_last_seconds_and_falls_when_steps_stop():
     time = Time()
-    session = OperatorSession(time)
+    session = OperatorSession(now=time)
     assert session.step_rate() == 0.0
     for index in range(100):
         time.now += 0.1

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vizbot.operator.figures.step_rate import StepRate
+from vizbot.operator.figures.steps import StepRate
 
 
 def rate_of(stamps, now=None):

@@ -23,6 +23,11 @@ YELLOW = (240, 220, 12)
 AHEAD = Twist(0.2, 0.0)
 
 
+def asks(*goals, at_once=False):
+    """Somebody asks for goals."""
+    return lambda session: session.ask([*goals], at_once=at_once)
+
+
 class ScriptedRun:
     """A robot, and a `script` of what people do before each step, by number."""
 
@@ -59,9 +64,7 @@ def no_pacing(monkeypatch):
 
 
 def test_goals_are_visited_in_order_and_each_outcome_is_told(pipeline_on):
-    robot = ScriptedRun(
-        pipeline_on, {0: lambda session: session.ask(["yellow chair", "blue chair"])}, last=300
-    )
+    robot = ScriptedRun(pipeline_on, {0: asks("yellow chair", "blue chair")}, last=300)
     first, second = robot.run(max_steps=100)
     assert first.outcome is Outcome.ARRIVED and first.position is not None
     assert second.outcome is not Outcome.ARRIVED and second.reason
@@ -72,9 +75,9 @@ def test_stop_ends_everything_at_once_and_a_new_goal_begins_again(pipeline_on):
     robot = ScriptedRun(
         pipeline_on,
         {
-            0: lambda session: session.ask(["blue chair", "green chair"]),
+            0: asks("blue chair", "green chair"),
             10: lambda session: session.stop("ann"),
-            40: lambda session: session.ask(["yellow chair"]),
+            40: asks("yellow chair"),
         },
     )
     tasks = robot.run()
@@ -87,13 +90,7 @@ def test_stop_ends_everything_at_once_and_a_new_goal_begins_again(pipeline_on):
 
 
 def test_a_goal_that_takes_over_ends_the_one_that_runs(pipeline_on):
-    robot = ScriptedRun(
-        pipeline_on,
-        {
-            0: lambda session: session.ask(["blue chair"]),
-            5: lambda session: session.ask(["yellow chair"], at_once=True),
-        },
-    )
+    robot = ScriptedRun(pipeline_on, {0: asks("blue chair"), 5: asks("yellow chair", at_once=True)})
     blue, yellow = robot.run()
     assert (blue.outcome, blue.reason) == (Outcome.GAVE_UP, "another goal took over")
     assert yellow.outcome is Outcome.ARRIVED
@@ -112,10 +109,7 @@ def test_who_drives_by_hand_comes_before_the_goal_which_goes_on_after_that(pipel
         session.release_lease(links[0], given_back=True)
 
     driven = []
-    robot = ScriptedRun(
-        pipeline_on,
-        {0: lambda session: session.ask(["yellow chair"]), 4: drive, 5: let_go},
-    )
+    robot = ScriptedRun(pipeline_on, {0: asks("yellow chair"), 4: drive, 5: let_go})
     [task] = robot.run()
     by_hand = robot.body.driven[slice(*driven)]
     assert by_hand and set(by_hand) == {AHEAD}
@@ -135,7 +129,7 @@ def test_when_the_link_of_who_drives_is_lost_the_robot_rests_until_it_is_asked_t
     robot = ScriptedRun(
         pipeline_on,
         {
-            0: lambda session: session.ask(["yellow chair"]),
+            0: asks("yellow chair"),
             4: drive,
             6: lambda session: session.release_lease(links[0], given_back=False),
             20: lambda session: session.go_on(),
@@ -244,7 +238,7 @@ def test_the_same_task_asked_for_again_is_judged_by_what_comes_of_it_alone(pipel
 
 
 def test_a_goal_is_given_up_after_so_many_steps(pipeline_on):
-    robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["blue chair"])}, last=30)
+    robot = ScriptedRun(pipeline_on, {0: asks("blue chair")}, last=30)
     [task] = robot.run(max_steps=7)
     assert task.reason == "not done within 7 steps"
     told = [line.text for line in robot.session.log.lines()]
@@ -290,7 +284,7 @@ def test_a_place_is_gone_to_and_the_robot_comes_back(pipeline_on):
 
 
 def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):
-    robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["blue chair"])})
+    robot = ScriptedRun(pipeline_on, {0: asks("blue chair")})
     ticks = iter(range(5))
     tick = robot.pipeline.tick
 
@@ -306,8 +300,8 @@ def test_when_a_device_is_gone_the_wheels_are_stopped(pipeline_on, monkeypatch):
 
 
 def test_the_state_tells_what_a_person_wants_to_know(pipeline_on):
-    robot = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["yellow chair"])}, last=30)
-    robot.session.base_state = lambda: robot.shared.state
+    robot = ScriptedRun(pipeline_on, {0: asks("yellow chair")}, last=30)
+    robot.session.robot.base_state = lambda: robot.shared.state
     robot.run()
     state = state_of(robot.session)
     assert state["step"] == 29
@@ -325,7 +319,9 @@ class Verdicts:
         self.people = ThreadPoolExecutor(1)
 
     def say(self, session):
-        session.keep_verdict = lambda report, confirmed: self.kept.append((report.text, confirmed))
+        session.robot.keep_verdict = lambda report, confirmed: self.kept.append(
+            (report.text, confirmed)
+        )
         answer = self.people.submit(session.judge, confirmed=self.confirmed, who="ann")
         self.answers.append(answer)
         wait_for(lambda: len(session.jobs) or answer.done())
@@ -336,7 +332,7 @@ class Verdicts:
 
 def test_what_is_not_it_is_searched_for_again_at_once(pipeline_on):
     verdicts = Verdicts(confirmed=False)
-    script = {0: lambda session: session.ask(["yellow chair"]), 100: verdicts.say}
+    script = {0: asks("yellow chair"), 100: verdicts.say}
     robot = ScriptedRun(pipeline_on, script, last=240)
     first, second = robot.run()
     assert first.outcome is Outcome.ARRIVED and first.effort.way > 0.0
@@ -351,7 +347,7 @@ def test_what_is_not_it_is_searched_for_again_at_once(pipeline_on):
 
 def test_what_is_it_stays_found_and_the_robot_rests(pipeline_on):
     verdicts = Verdicts(confirmed=True)
-    script = {0: lambda session: session.ask(["yellow chair"]), 100: verdicts.say}
+    script = {0: asks("yellow chair"), 100: verdicts.say}
     robot = ScriptedRun(pipeline_on, script)
     [task] = robot.run()
     assert verdicts.answers[0].result() == [] and verdicts.kept == [("yellow chair", True)]
@@ -361,12 +357,7 @@ def test_what_is_it_stays_found_and_the_robot_rests(pipeline_on):
 
 def test_before_an_arrival_and_once_another_search_has_begun_nothing_can_be_refuted(pipeline_on):
     verdicts = Verdicts(confirmed=False)
-    script = {
-        0: lambda session: session.ask(["yellow chair"]),
-        3: verdicts.say,
-        100: lambda session: session.ask(["blue chair"]),
-        110: verdicts.say,
-    }
+    script = {0: asks("yellow chair"), 3: verdicts.say, 100: asks("blue chair"), 110: verdicts.say}
     ScriptedRun(pipeline_on, script).run()
     assert all("the robot has not arrived, or has begun" in each for each in verdicts.refusals())
     assert verdicts.kept == [] and len(verdicts.answers) == 2
@@ -389,7 +380,7 @@ def test_a_stop_after_a_verdict_was_sent_keeps_the_search_from_going_on(pipeline
         verdicts.say(session)
         session.stop("bob")
 
-    script = {0: lambda session: session.ask(["yellow chair"]), 100: say_and_stop}
+    script = {0: asks("yellow chair"), 100: say_and_stop}
     robot = ScriptedRun(pipeline_on, script)
     assert len(robot.run()) == 1
     assert verdicts.refusals() == ["the robot was stopped meanwhile; ask again"]
@@ -398,7 +389,7 @@ def test_a_stop_after_a_verdict_was_sent_keeps_the_search_from_going_on(pipeline
 
 def test_by_the_method_of_the_paper_an_arrival_cannot_be_refuted(pipeline_on):
     verdicts = Verdicts(confirmed=False)
-    script = {0: lambda session: session.ask(["yellow chair"]), 80: verdicts.say}
+    script = {0: asks("yellow chair"), 80: verdicts.say}
     robot = ScriptedRun(partial(pipeline_on, method="paper"), script)
     [task] = robot.run()
     assert task.outcome is Outcome.ARRIVED
@@ -411,16 +402,16 @@ def test_what_the_robot_goes_up_to_and_is_not_it_is_left_within_the_same_search(
 
     def deny(session):
         seen.append(session.candidate)
-        session.keep_verdict_on_way = lambda *verdict: kept.append(verdict)
+        session.robot.keep_verdict_on_way = lambda *verdict: kept.append(verdict)
         number = session.candidate.number
         answer = people.submit(session.judge_candidate, number, confirmed=False, who="ann")
         answers.append(answer)
         wait_for(lambda: len(session.jobs) or answer.done())
 
-    plain = ScriptedRun(pipeline_on, {0: lambda session: session.ask(["yellow chair"])})
+    plain = ScriptedRun(pipeline_on, {0: asks("yellow chair")})
     plain.run()
     first = next(i for i, step in enumerate(plain.steps) if step.candidate_xy is not None)
-    script = {0: lambda session: session.ask(["yellow chair"]), first + 2: deny}
+    script = {0: asks("yellow chair"), first + 2: deny}
     robot = ScriptedRun(pipeline_on, script, last=first + 8)
     robot.run()
     assert answers[0].exception(timeout=DEADLINE) is None

@@ -68,7 +68,7 @@ def test_a_viewer_follows_the_file_until_the_program_ends(tmp_path):
     path, shown = tmp_path / "a run.rrd", tmp_path / "shown"
     path.write_bytes(b"first ")
     script = (
-        "from pathlib import Path; from vizbot.operator.viewer.live_process import show_recording;"
+        "from pathlib import Path; from vizbot.operator.viewer.open_viewer import show_recording;"
         f"path = Path({str(path)!r}); show_recording(path, 'tee {shown}');"
         "path.open('ab').write(b'second')"
     )

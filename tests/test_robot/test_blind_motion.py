@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from benchmarks.faults.minimal_robot import WheelPoses
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase
 from vizbot.behaviours.blind_motion import BlindMotion
-from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.geometry import camera_mount, planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, BaseMode, BaseState, Twist
-from vizbot.objectnav.tasks import Decision, Task, Waypoint
+from vizbot.objectnav.tasks import Decision, ShortMove, Task, Waypoint
 from vizbot.perception.interfaces import PerceptionParts
 
 BUMPED = {"bump_left": True, "bump_right": True}

@@ -7,19 +7,19 @@ import pytest
 from sim_stubs.clock import SimulatedClock
 from tests.helpers.scripted_robot import ScriptedBase, ticks
 from tests.helpers.watched_robot import first_step
-from vizbot.behaviours.base_mode import MAYBE_MOVED
+from vizbot.behaviours.safety import MAYBE_MOVED
 from vizbot.config import ObjectNavConfig
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, BaseMode, Button, Tracking
 from vizbot.mission import explore
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.api.state import state_of
+from vizbot.operator.language.dialogue import Dialogue
 from vizbot.operator.language.language import load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_loop import run_tasks
 from vizbot.operator.session.twist_mux import TwistMux
-from vizbot.operator.voice.dialogue import Dialogue
 
 HELD = {"mode": BaseMode.PASSIVE, "maybe_moved": True}
 
@@ -76,7 +76,7 @@ def test_where_nobody_can_be_asked_the_run_ends_at_rest_with_its_reason_in_a_lin
 def test_where_people_can_be_asked_the_task_is_held_for_as_long_as_it_takes(pipeline_on):
     session, base, said = OperatorSession(), HeldBase(), []
     mux = TwistMux(base, session.lease, session.stopped)
-    session.resume_base = mux.resume
+    session.robot.resume_base = mux.resume
 
     class Person:
         """Says to go on once it was asked for many steps, and ends it when it has gone on."""
@@ -116,7 +116,7 @@ def test_where_people_can_be_asked_the_task_is_held_for_as_long_as_it_takes(pipe
 )
 def test_what_a_person_says_to_the_question_is_its_answer(code, sentence, resumes, answer):
     session, resumed = OperatorSession(), []
-    session.resume_base = lambda: resumed.append(True)
+    session.robot.resume_base = lambda: resumed.append(True)
     session.ask(["sofa"])
     session.on_step(replace(first_step(), question=MAYBE_MOVED))
     assert state_of(session)["question"] == "somebody may have moved me: go on?"

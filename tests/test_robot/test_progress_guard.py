@@ -5,11 +5,10 @@ import pytest
 
 from nav.navigator import Navigation
 from vizbot.behaviours.progress_guard import BARRED, MOST, PATIENCE, REASON, ProgressGuard
-from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, Twist
-from vizbot.objectnav.tasks import Decision, Goal, Task, Waypoint
+from vizbot.objectnav.tasks import Decision, Goal, ShortMove, Task, Waypoint
 
 GOAL = Goal("yellow chair", np.array([1.0, 0.0], np.float32), 0.3)
 AHEAD = Twist(0.2, 0.0)

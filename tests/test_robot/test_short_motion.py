@@ -7,10 +7,10 @@ import pytest
 
 from nav.config import NavigatorConfig
 from vizbot.behaviours.short_motion import ShortMotion
-from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import OccupancyGrid
+from vizbot.objectnav.tasks import ShortMove
 
 PERIOD = 0.2
 

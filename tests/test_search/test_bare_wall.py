@@ -14,7 +14,7 @@ from tests.test_search.plan_robot import (
     robot_on,
 )
 from vizbot.behaviours.progress_guard import ProgressGuard
-from vizbot.behaviours.vision_recovery import VisionRecovery
+from vizbot.behaviours.recovery import VisionRecovery
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import OccupancyGrid, Tracking

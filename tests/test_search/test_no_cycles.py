@@ -22,9 +22,8 @@ from tests.test_search.plan_robot import (
     plan_goal,
     robot_on,
 )
-from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.geometry import yaw_of
-from vizbot.objectnav.tasks import Task, Waypoint
+from vizbot.objectnav.tasks import ShortMove, Task, Waypoint
 
 STEPS = 10_000
 WIDTH = 3.4

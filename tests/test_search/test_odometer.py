@@ -4,7 +4,7 @@ import numpy as np
 
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Effort
-from vizbot.objectnav.odometer import Odometer
+from vizbot.goal_reports import Odometer
 from vizbot.objectnav.tasks import Goal
 
 SOFA, TV = (Goal(text, np.ones(4, np.float32), 0.5) for text in ("sofa", "tv"))

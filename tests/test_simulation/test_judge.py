@@ -10,8 +10,8 @@ from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import box, cylinder
-from sim_stubs.scoring.goal_scorer import GoalScorer
 from sim_stubs.scoring.success import (
+    GoalScorer,
     distance_to,
     in_room,
     is_visible,

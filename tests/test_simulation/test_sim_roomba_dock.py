@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from drivers.roomba.commands import Opcode, encode
-from drivers.roomba.infrared import DockBeam, dock_beams
-from drivers.roomba.packets import Buttons, ChargingSources, ChargingState, Packet, decode_packets
+from drivers.roomba.packets import Buttons, ChargingSources, ChargingState, DockBeam, Packet
 from drivers.roomba.serial_port import open_serial
 from sim_stubs.clock import SimulatedClock
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
+from tests.helpers.roomba_reply import decode_packets, dock_beams
 from tests.helpers.roomba_rig import PERIOD, Floor, open_lockstep
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import planar

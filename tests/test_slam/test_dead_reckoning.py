@@ -23,8 +23,7 @@ def turned(angle: float) -> np.ndarray:
 def test_after_standing_the_gyroscope_says_how_far_wheels_that_slip_have_turned(
     yaw_rate: float,
 ) -> None:
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
+    drive = Drive.rested()
     drive.go(20.0, 0.3, yaw_rate)
     distance, angle = drive.error()
     assert abs(angle) < 0.01 and distance < 0.01
@@ -123,8 +122,7 @@ def test_what_was_turned_since_standing_at_the_start_is_known() -> None:
 
 @pytest.mark.parametrize("rate", [0.5, 0.05, 0.015])
 def test_who_turns_the_robot_by_hand_does_not_teach_it_a_bias(rate: float) -> None:
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
+    drive = Drive.rested()
     drive.go(3.0, 0.0, rate, wheels=False)
     assert drive.error()[1] == pytest.approx(0.0, abs=0.005)
     drive.go(10.0, 0.3, 0.2)
@@ -144,8 +142,7 @@ def test_who_shakes_the_robot_at_the_start_does_not_teach_it_a_bias() -> None:
 
 
 def test_a_bias_that_creeps_is_followed_while_the_robot_stands() -> None:
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
+    drive = Drive.rested()
     drive.bias += 0.004
     drive.go(60.0, 0.0, 0.0)
     drive.T_true = drive.now.T_odom_base
@@ -171,8 +168,7 @@ def test_a_robot_that_brakes_has_turned_by_the_integral_of_the_rate() -> None:
 
 @pytest.mark.parametrize("kept", [[], [0], [0, 1, 2, 3, 4], [0, 1, 2, 17, 18, 19]])
 def test_a_frame_that_lacks_samples_is_carried_by_the_wheels(kept: list[int]) -> None:
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
+    drive = Drive.rested()
     before = drive.now
     drive.stamp += PERIOD
     frame = drive.frame(0.0)
@@ -205,8 +201,7 @@ def test_a_sample_that_is_no_number_costs_its_frame_alone(broken: float, standin
 
 
 def test_a_clock_that_is_set_back_leaves_the_bias_known() -> None:
-    drive = Drive()
-    drive.go(2.0, 0.0, 0.0)
+    drive = Drive.rested()
     drive.stamp -= 900.0
     drive.go(0.1, 0.3, 0.0)
     before = drive.now

@@ -10,9 +10,9 @@ from mapping.odometry.features import (
     Features,
     depth_at,
     detect,
-    match,
     strongest_corners,
 )
+from mapping.odometry.rgbd_odometry import match
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 CAMERA = Intrinsics(320, 240, 300.0, 310.0, 159.5, 119.5)

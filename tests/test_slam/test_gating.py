@@ -2,8 +2,11 @@ import numpy as np
 import pytest
 
 from mapping.odometry.config import GatingConfig
-from mapping.odometry.dead_reckoned_pose import DeadReckonedPose
-from mapping.odometry.gating import may_link, turns_like_gyro
+from mapping.odometry.dead_reckoned_pose import (
+    DeadReckonedPose,
+    may_link,
+    turns_like_gyro,
+)
 from mapping.odometry.rgbd_odometry import RelativePose
 from vizbot.core.geometry import camera_mount, invert, planar
 from vizbot.core.types import SE3

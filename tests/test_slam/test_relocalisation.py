@@ -1,5 +1,7 @@
 """A robot that does not know where it is, in a textured box room, ray cast, with known truth."""
 
+from typing import TypeAlias
+
 import numpy as np
 import pytest
 
@@ -24,9 +26,11 @@ from tests.helpers.box_room import (
 from vizbot.core.geometry import invert, planar, rotation_angle
 from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, Tracking
 
+Lap: TypeAlias = tuple[Slam, list[PoseEstimate], list[SE3]]
+
 
 @pytest.fixture(scope="module")
-def whole_lap() -> tuple[Slam, list[PoseEstimate], list[SE3]]:
+def whole_lap() -> Lap:
     Ts_map_base = lap(100)
     return *follow(Ts_map_base, dead_reckoning(Ts_map_base)), Ts_map_base
 
@@ -68,7 +72,7 @@ def resumed(
 @pytest.mark.parametrize("start", [12, 50, 83])
 @pytest.mark.parametrize("wheels", [False, True])
 def test_in_a_saved_map_a_camera_recognises_where_it_is(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]], start: int, wheels: bool
+    whole_lap: Lap, start: int, wheels: bool
 ) -> None:
     slam, _, Ts_map_base = whole_lap
     again, seen = resumed(slam), Ts_map_base[start : start + 12]
@@ -87,9 +91,7 @@ def test_in_a_saved_map_a_camera_recognises_where_it_is(
         assert rotation_angle(off) < 0.03
 
 
-def test_a_room_that_the_saved_map_does_not_hold_is_not_recognised(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
-) -> None:
+def test_a_room_that_the_saved_map_does_not_hold_is_not_recognised(whole_lap: Lap) -> None:
     again = resumed(whole_lap[0])
     before = set(again.keyframe_poses())
     frames = (render(T, 0.2 * i, walls=ELSEWHERE) for i, T in enumerate(lap(100)[::5]))
@@ -98,7 +100,7 @@ def test_a_room_that_the_saved_map_does_not_hold_is_not_recognised(
 
 
 def test_a_robot_that_stands_lost_for_long_remembers_only_what_it_guessed_last(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
+    whole_lap: Lap,
 ) -> None:
     unsure = RelocalisationConfig(alone=10_000, guesses=3)
     again = resumed(whole_lap[0], config=SlamConfig(relocalisation=unsure))
@@ -146,9 +148,7 @@ def test_a_robot_that_is_carried_away_while_it_turns_notices() -> None:
     assert not any(estimate.is_keyframe for estimate in estimates[-6:])
 
 
-def test_where_images_tell_nothing_obstacles_tell_where_the_robot_is(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
-) -> None:
+def test_where_images_tell_nothing_obstacles_tell_where_the_robot_is(whole_lap: Lap) -> None:
     slam, _, Ts_map_base = whole_lap
     again, before = resumed(slam, obstacles()), len(slam.keyframe_poses())
     start = Ts_map_base[20] @ planar(-0.2, 0.3, 1.0)
@@ -174,7 +174,7 @@ def test_where_images_tell_nothing_obstacles_tell_where_the_robot_is(
 
 @pytest.mark.parametrize(("walls", "found"), [(WALLS, True), (ELSEWHERE, False)])
 def test_where_obstacles_are_the_same_from_two_sides_one_image_decides(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
+    whole_lap: Lap,
     walls: int,
     found: bool,
 ) -> None:
@@ -193,9 +193,7 @@ def test_where_obstacles_are_the_same_from_two_sides_one_image_decides(
         assert np.linalg.norm(off[:3, 3]) < 0.05
 
 
-def test_a_place_that_images_suggest_is_refused_when_obstacles_rule_it_out(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
-) -> None:
+def test_a_place_that_images_suggest_is_refused_when_obstacles_rule_it_out(whole_lap: Lap) -> None:
     slam, _, Ts_map_base = whole_lap
     seen = Ts_map_base[12:20]
     Ts_odom_base = dead_reckoning(seen)

@@ -1,8 +1,7 @@
 """Pose estimation in a textured box room, ray cast, with known truth."""
 
 import json
-from dataclasses import replace
-from itertools import pairwise
+from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -20,6 +19,8 @@ from tests.helpers.box_room import (
     follow,
     lap,
     render,
+    turns,
+    with_gyro,
 )
 from tests.helpers.checkout import OFFICE_WALK
 from vizbot.core.geometry import (
@@ -37,9 +38,11 @@ from vizbot.core.types import (
     Tracking,
 )
 
+Lap: TypeAlias = tuple[Slam, list[PoseEstimate], list[SE3]]
+
 
 @pytest.fixture(scope="module")
-def whole_lap() -> tuple[Slam, list[PoseEstimate], list[SE3]]:
+def whole_lap() -> Lap:
     Ts_map_base = lap(100)
     return *follow(Ts_map_base, dead_reckoning(Ts_map_base)), Ts_map_base
 
@@ -50,9 +53,7 @@ def test_the_map_starts_where_the_base_started() -> None:
     assert estimates[0].is_keyframe
 
 
-def test_a_lap_with_wheels_ends_where_it_began(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
-) -> None:
+def test_a_lap_with_wheels_ends_where_it_began(whole_lap: Lap) -> None:
     _, estimates, Ts_map_base = whole_lap
     wheels = dead_reckoning(Ts_map_base)[-1]
     off = errors(estimates, Ts_map_base)
@@ -62,9 +63,7 @@ def test_a_lap_with_wheels_ends_where_it_began(
     assert np.linalg.norm(wheels[:2, 3]) > 0.05, "wheels alone would do as well"
 
 
-def test_keyframes_are_announced_and_frames_hang_on_them(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
-) -> None:
+def test_keyframes_are_announced_and_frames_hang_on_them(whole_lap: Lap) -> None:
     slam, estimates, _ = whole_lap
     announced = [estimate.keyframe for estimate in estimates if estimate.is_keyframe]
     assert announced == sorted(slam.keyframe_poses())
@@ -73,9 +72,7 @@ def test_keyframes_are_announced_and_frames_hang_on_them(
         assert np.allclose(final, estimate.T_map_cam, atol=0.05)
 
 
-def test_the_same_frames_give_the_same_poses_bit_for_bit(
-    whole_lap: tuple[Slam, list[PoseEstimate], list[SE3]],
-) -> None:
+def test_the_same_frames_give_the_same_poses_bit_for_bit(whole_lap: Lap) -> None:
     _, estimates, Ts_map_base = whole_lap
     _, again = follow(Ts_map_base[:40], dead_reckoning(Ts_map_base)[:40])
     for first, second in zip(estimates, again, strict=False):
@@ -131,21 +128,13 @@ def test_without_wheels_darkness_is_lost_and_light_is_found_again() -> None:
     assert errors(estimates, Ts_map_base)[28:, 0].max() < 0.05
 
 
-def with_gyro(frame: RGBDFrame, turn: float) -> RGBDFrame:
-    """The frame of a camera that turned by `turn` [rad] about the base's z axis in 0.2 s."""
-    stamps = frame.stamp - 0.2 + np.arange(1, 41) * 0.005
-    rates = np.tile(turn / 0.2 * T_BASE_CAM[2, :3], (40, 1))
-    return replace(frame, imu=ImuSamples(stamps, rates, np.zeros(0), np.zeros((0, 3))))
-
-
 @pytest.mark.parametrize("gyro", [False, True])
 def test_in_the_dark_the_gyroscope_keeps_the_heading_of_wheels_that_slip(gyro: bool) -> None:
     Ts_map_base = [np.eye(4)] * 8 + [planar(0, 0, 0.1 * i) for i in range(30)]
     Ts_odom_base = dead_reckoning(Ts_map_base, drift=0.1)
     slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
-    turns = [0.0, *(yaw_of(invert(a) @ b) for a, b in pairwise(Ts_map_base))]
     estimates = []
-    for i, turn in enumerate(turns):
+    for i, turn in enumerate(turns(Ts_map_base)):
         frame = render(Ts_map_base[i], 0.2 * i, dark=i >= 8)
         frame = with_gyro(frame, turn) if gyro else frame
         estimates.append(slam.track(frame, Ts_odom_base[i]))
@@ -157,24 +146,22 @@ def test_in_the_dark_the_gyroscope_keeps_the_heading_of_wheels_that_slip(gyro: b
 def test_a_gyroscope_that_reads_too_much_is_known_for_it_when_it_gets_dark() -> None:
     Ts_map_base = [lap(100)[0]] * 8 + lap(100)[:60]
     Ts_odom_base = dead_reckoning(Ts_map_base)
-    turns = [0.0, *(yaw_of(invert(a) @ b) for a, b in pairwise(Ts_map_base))]
     slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
-    for i, turn in enumerate(turns):
+    for i, turn in enumerate(turns(Ts_map_base)):
         frame = with_gyro(render(Ts_map_base[i], 0.2 * i, dark=i >= 40), 1.03 * turn)
         estimate = slam.track(frame, Ts_odom_base[i])
-    assert sum(turns[40:]) > 1.5
+    assert sum(turns(Ts_map_base)[40:]) > 1.5
     T_end = invert(Ts_map_base[-1]) @ estimate.T_map_cam @ invert(T_BASE_CAM)
-    assert abs(yaw_of(T_end)) < 0.01 * sum(turns[40:])
+    assert abs(yaw_of(T_end)) < 0.01 * sum(turns(Ts_map_base)[40:])
 
 
 def test_images_that_stand_still_do_not_stop_a_robot_that_turns() -> None:
     Ts_map_base = [lap(100)[0]] * 8 + lap(100)[:40]
     stuck = range(20, 30)
     Ts_odom_base = dead_reckoning(Ts_map_base)
-    turns = [0.0, *(yaw_of(invert(a) @ b) for a, b in pairwise(Ts_map_base))]
     slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
     estimates = []
-    for i, turn in enumerate(turns):
+    for i, turn in enumerate(turns(Ts_map_base)):
         seen_from = Ts_map_base[stuck[0] if i in stuck else i]
         frame = with_gyro(render(seen_from, 0.2 * i), turn)
         estimates.append(slam.track(frame, Ts_odom_base[i]))

@@ -9,13 +9,12 @@ import pytest
 
 from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
-from tests.helpers.box_room import CAMERA, T_BASE_CAM, errors, lap, render
+from tests.helpers.box_room import CAMERA, T_BASE_CAM, errors, lap, render, turns, with_gyro
 from vizbot.core.geometry import invert, planar, yaw_of
-from vizbot.core.types import SE3, ImuSamples, RGBDFrame, Tracking
+from vizbot.core.types import SE3, RGBDFrame, Tracking
 
 STANDS, FAILS = 5, range(20, 32)
 PATH = [lap(100)[0]] * STANDS + lap(100)[:22] + lap(100)[20::-1] + [lap(100)[0]] * 5
-TURNS = [0.0, *(yaw_of(invert(a) @ b) for a, b in pairwise(PATH))]
 IMAGES = ("right", "dark", "frozen")
 WHEELS = ("right", "missing", "slipping", "stuck")
 GYRO = ("right", "missing", "lying")
@@ -42,15 +41,9 @@ def by_wheels(kind: str) -> list[SE3 | None]:
     return told
 
 
-def with_gyro(frame: RGBDFrame, turn: float) -> RGBDFrame:
-    stamps = frame.stamp - 0.2 + np.arange(1, 41) * 0.005
-    rates = np.tile(turn / 0.2 * T_BASE_CAM[2, :3], (40, 1))
-    return replace(frame, imu=ImuSamples(stamps, rates, np.zeros(0), np.zeros((0, 3))))
-
-
 def seen(shown: Sequence[RGBDFrame], lit: Sequence[RGBDFrame], gyro: str) -> list[RGBDFrame]:
     told = []
-    for i, turn in enumerate(TURNS):
+    for i, turn in enumerate(turns(PATH)):
         fails = i in FAILS
         frame = replace((shown if fails else lit)[i], stamp=0.2 * i)
         off = 0.02 if fails and gyro == "lying" else 0.0  # 0.1 rad/s

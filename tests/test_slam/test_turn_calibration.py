@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mapping.odometry.config import TurnCalibrationConfig
-from mapping.odometry.turn_calibration import TurnCalibration
+from mapping.odometry.dead_reckoning import TurnCalibration
 
 NOISE = 0.005
 

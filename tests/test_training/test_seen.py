@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -5,6 +7,7 @@ from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.furniture.appearance import Appearance
 from sim_stubs.homes.furniture.paint import painted_in_shades
 from sim_stubs.homes.geometry.house import House, Instance, Room
+from training.captions.facts import FACTS
 from training.captions.house_facts import HouseFacts, piece_facts
 from training.captions.patch_facts import seen
 from training.captions.spatial_relations import related
@@ -46,7 +49,11 @@ def look(home, *painted, boxes=WHOLE, distance=3.0):
     depth = np.full((480, 640), distance, np.float32)
     T_world_cam = planar(0, 0, 0) @ camera_mount(0.4, 0.0, 0.0)
     facts = seen(HouseFacts.from_house(home), segmentation, depth, T_world_cam, CAMERA, boxes)
-    return [facts.strengths_of_patch(patch) for patch in range(len(facts))]
+    found = [
+        (FACTS[index].key, float(strength))
+        for index, strength in zip(facts.indices, facts.strengths, strict=True)
+    ]
+    return [dict(found[first:end]) for first, end in pairwise(facts.starts)]
 
 
 def relations(*instances, rooms=HOME):

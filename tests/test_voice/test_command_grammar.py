@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from benchmarks.loop.sentences import rows_of_words
 from tests.helpers.spoken import PHRASES
-from vizbot.behaviours.short_move import ShortMove
-from vizbot.objectnav.tasks import Task
+from vizbot.objectnav.tasks import ShortMove, Task
 from vizbot.operator.language.command import (
     MISSIONS,
     All,

@@ -17,17 +17,22 @@ from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode, BaseState, Feedback, Tracking
 from vizbot.objectnav.tasks import Task
+from vizbot.operator.language import dialogue
 from vizbot.operator.language.command import GoTo, No, Stop, Yes
 from vizbot.operator.language.language import load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.voice import dialogue
+from vizbot.operator.voice import recordings
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
 
 def nowhere(live_map, text):
     return Answer(text, Outcome.NOT_FOUND, 0.3, ())
+
+
+def dialogue_in(code, session):
+    return dialogue.Dialogue(session, LiveMap(session), load_language(code))
 
 
 def at(x, y):
@@ -52,9 +57,9 @@ def hears(monkeypatch):
     """Makes the recogniser hear something."""
 
     def hear(heard):
-        monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_, **__: None)
-        monkeypatch.setattr(dialogue.Recogniser, "hear", lambda *_: heard)
-        monkeypatch.setattr(dialogue.Recogniser, "learn", lambda *_: None)
+        monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
+        monkeypatch.setattr(recordings.Recogniser, "hear", lambda *_: heard)
+        monkeypatch.setattr(recordings.Recogniser, "learn", lambda *_: None)
 
     return hear
 
@@ -166,7 +171,7 @@ def test_a_place_is_told_as_seen_from_the_robot(position, where):
 
 def test_the_battery_is_told_of_a_base_that_has_just_been_silent(http, session):
     state = BaseState(0.0, np.eye(4), True, False, (False,) * 4, (False, False), 0.5, BaseMode.SAFE)
-    session.battery_state = lambda: state
+    session.robot.battery_state = lambda: state
     assert say(http, "how full is the battery?")["said"] == ["my battery is at 50 %"]
 
 
@@ -191,7 +196,7 @@ def test_what_is_spoken_is_done(http, session, hears):
 
 def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, session, hears):
     shown = []
-    session.show = shown.append
+    session.robot.show = shown.append
     hears(Utterance("so far", GoTo(("so far",)), (ResolvedGoal("so far", "so far", "sofa"),)))
     answer = http.post("/heard", **sound()).json()
     assert answer["question"] == 'did you mean "sofa"?'
@@ -220,7 +225,7 @@ def test_what_was_said_before_a_stop_is_not_done_after_it(http, session, hears, 
         return Utterance("go to the sofa", GoTo(("sofa",)))
 
     hears(None)
-    monkeypatch.setattr(dialogue.Recogniser, "hear", hear)
+    monkeypatch.setattr(recordings.Recogniser, "hear", hear)
     answer = http.post("/heard", **sound())
     assert answer.json()["detail"] == "the robot was stopped meanwhile; ask again"
     session.begin_step()
@@ -248,9 +253,9 @@ def test_while_somebody_is_listened_to_no_other_recording_is_read(http, hears, m
         return Utterance("nice weather", None)
 
     hears(None)
-    monkeypatch.setattr(dialogue.Recogniser, "hear", hear)
-    monkeypatch.setattr(dialogue, "read_sound", lambda *given: read.append(given) or np.zeros(0))
-    monkeypatch.setattr(dialogue, "_PATIENCE", 0.01)
+    monkeypatch.setattr(recordings.Recogniser, "hear", hear)
+    monkeypatch.setattr(recordings, "read_sound", lambda *given: read.append(given) or np.zeros(0))
+    monkeypatch.setattr(recordings, "_PATIENCE", 0.01)
     first = threading.Thread(target=http.post, args=("/heard",), kwargs=sound())
     first.start()
     assert begun.wait(DEADLINE)
@@ -263,8 +268,8 @@ def test_while_somebody_is_listened_to_no_other_recording_is_read(http, hears, m
 def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, monkeypatch):
     loaded, learnt = [], []
     hears(Utterance("nice weather", None))
-    monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_, **__: loaded.append(True))
-    monkeypatch.setattr(dialogue.Recogniser, "learn", lambda _, words: learnt.append(words))
+    monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: loaded.append(True))
+    monkeypatch.setattr(recordings.Recogniser, "learn", lambda _, words: learnt.append(words))
     for _ in range(3):
         http.post("/heard", **sound())
     wait_for(lambda: len(learnt) == 3)
@@ -272,7 +277,7 @@ def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, mon
 
 
 def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
-    monkeypatch.setattr(dialogue.Recogniser, "__init__", lambda *_, **__: None)
+    monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
     answer = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
     assert answer.status_code == 422
     assert "what was sent holds no sound" in answer.json()["detail"]
@@ -280,7 +285,7 @@ def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
     def missing(*_, **__):
         raise ConfigError("no speech model 'tiny.en'")
 
-    monkeypatch.setattr(dialogue.Recogniser, "__init__", missing)
+    monkeypatch.setattr(recordings.Recogniser, "__init__", missing)
     answer = http.post("/heard", **sound())
     assert (answer.status_code, answer.json()["detail"]) == (503, "no speech model 'tiny.en'")
 
@@ -346,8 +351,7 @@ def refuted(session):
 )  # fmt: skip
 def test_no_after_an_arrival_has_the_robot_search_on(session, refuted, code, text):
     number = arrived(session)
-    language = load_language(code)
-    reply = dialogue.Dialogue(session, LiveMap(session), language=language).typed(text, "ann")
+    language, reply = load_language(code), dialogue_in(code, session).typed(text, "ann")
     assert reply.numbers == (number + 1,) and refuted == [True]
     assert reply.said == (language.say("searching_on", goal=language.lexicon.own("sofa")),)
     assert session.arrival.confirmed is False
@@ -360,8 +364,7 @@ def test_no_after_an_arrival_has_the_robot_search_on(session, refuted, code, tex
 )  # fmt: skip
 def test_yes_after_an_arrival_confirms_it(session, refuted, code, text):
     arrived(session)
-    language = load_language(code)
-    answers = dialogue.Dialogue(session, LiveMap(session), language=language)
+    language, answers = load_language(code), dialogue_in(code, session)
     assert answers.typed(text, "ann").said == (language.say("confirmed"),)
     assert session.arrival.confirmed is True and refuted == []
     assert answers.typed(text, "ann").said == (language.say("nothing_asked"),)
@@ -369,8 +372,7 @@ def test_yes_after_an_arrival_confirms_it(session, refuted, code, text):
 
 @pytest.mark.parametrize("code", ["en", "de"])
 def test_yes_and_no_answer_whether_to_go_to_what_the_robot_sees(session, refuted, code):
-    language = load_language(code)
-    answers = dialogue.Dialogue(session, LiveMap(session), language=language)
+    language, answers = load_language(code), dialogue_in(code, session)
     yes, no = ("yes", "no") if code == "en" else ("ja", "nein")
     session.on_step(replace(standing(0), candidate_xy=np.array([2.0, 1.0])))
     assert answers.typed(yes, "ann").said == (language.say("going_there", goal="sofa"),)
@@ -382,7 +384,7 @@ def test_yes_and_no_answer_whether_to_go_to_what_the_robot_sees(session, refuted
 
 def test_a_question_that_was_asked_back_is_answered_before_the_arrival(session, refuted):
     arrived(session)
-    answers = dialogue.Dialogue(session, LiveMap(session))
+    answers = dialogue_in("en", session)
     for answer, said in (
         ("no", "then not: nothing was set off"),
         ("yes", "asked for: go to kitchen"),
@@ -394,7 +396,7 @@ def test_a_question_that_was_asked_back_is_answered_before_the_arrival(session, 
 
 def test_a_question_with_no_way_to_say_yes_is_answered_before_the_arrival(session, refuted):
     arrived(session)
-    answers = dialogue.Dialogue(session, LiveMap(session))
+    answers = dialogue_in("en", session)
     answers._doubts["ann"] = dialogue._Doubt(None, False, np.inf)
     assert answers.typed("no", "ann").said == ("then not: nothing was set off",)
     assert session.awaits_verdict and refuted == []
@@ -420,7 +422,7 @@ def test_a_spoken_no_has_the_robot_search_on(http, session, hears, refuted):
 def test_a_no_to_nothing_tells_what_goes_on_in_the_words_of_the_language(
     session, code, text, answer
 ):
-    answers = dialogue.Dialogue(session, LiveMap(session), language=load_language(code))
+    answers = dialogue_in(code, session)
     session.ask(["kitchen", Task.COME_BACK])
     session.on_step(replace(standing(0), activity="looking closer"))
     assert answers.typed(text, "ann").said == (answer,)
@@ -437,7 +439,7 @@ def test_a_no_to_nothing_tells_what_goes_on_in_the_words_of_the_language(
 def test_a_lost_robot_says_that_it_looks_for_its_place_only_while_it_does(
     session, code, text, idle, looking, doing
 ):
-    answers = dialogue.Dialogue(session, LiveMap(session), language=load_language(code))
+    answers = dialogue_in(code, session)
     lost = replace(standing(0).estimate, tracking=Tracking.LOST)
     session.on_step(replace(standing(0), estimate=lost, activity="lost, looking around"))
     assert idle in answers.typed(text, "ann").said[0]
@@ -451,7 +453,7 @@ def test_a_lost_robot_says_that_it_looks_for_its_place_only_while_it_does(
 
 
 def test_a_no_to_nothing_while_nothing_runs_sets_nothing_off(session):
-    said = dialogue.Dialogue(session, LiveMap(session)).typed("no", "ann").said
+    said = dialogue_in("en", session).typed("no", "ann").said
     assert said == ("then not: nothing was set off",)
 
 
@@ -465,7 +467,7 @@ def test_a_no_to_nothing_while_nothing_runs_sets_nothing_off(session):
 def test_what_is_called_off_and_what_is_asked_for_instead_are_one_line(
     session, code, before, text, said
 ):
-    answers = dialogue.Dialogue(session, LiveMap(session), language=load_language(code))
+    answers = dialogue_in(code, session)
     answers.typed(before, "ann")
     assert answers.typed(text, "ann").said[:2] == said
     to_do = [task.request for task in session.queue.tasks() if task.outcome is None]
@@ -482,19 +484,14 @@ def test_a_word_that_tells_no_thing_from_another_is_left_out_and_said(
     session, monkeypatch, code, text, word
 ):
     monkeypatch.setattr(LiveMap, "places", nowhere)
-    language = load_language(code)
-    said = dialogue.Dialogue(session, LiveMap(session), language=language).typed(text, "ann").said
+    language, said = load_language(code), dialogue_in(code, session).typed(text, "ann").said
     assert language.lexicon.own("chair") in said[0] and word not in said[0]
     assert language.say("unread", word=word) in said
 
 
-def said(http, text):
-    return http.post("/said", json={"text": text, "who": "ann"})
-
-
 @pytest.mark.parametrize("text", ["next " * 795, "x" * 601, "sofa and " * 61])
 def test_a_sentence_that_is_too_long_is_refused_in_one_line(http, text):
-    refused = said(http, text)
+    refused = http.post("/said", json={"text": text})
     assert refused.status_code == 422
     assert "say it in 120 words and 600 characters" in refused.json()["detail"]
 
@@ -504,7 +501,7 @@ def test_a_sentence_that_is_too_long_is_refused_in_one_line(http, text):
 )
 def test_a_stop_is_read_before_the_limit_and_before_all_that_wait(session, monkeypatch, text):
     begun, go_on = threading.Event(), threading.Event()
-    sentences = dialogue.Dialogue(session, LiveMap(session))
+    sentences = dialogue_in("en", session)
 
     def slow(*_, **__):
         begun.set()
@@ -531,10 +528,23 @@ def test_a_stop_is_read_before_the_limit_and_before_all_that_wait(session, monke
         reader.join()
 
 
+@pytest.mark.parametrize("text", ["go to the sofa and then come back", "the study instead, please"])
+def test_a_typed_sentence_is_parsed_once(session, monkeypatch, text):
+    parsed, grammar = [], load_language("en").grammar
+
+    def parse(*given):
+        parsed.append(given)
+        return grammar._parsed(*given)
+
+    monkeypatch.setattr(grammar, "_parse", parse)
+    assert dialogue_in("en", session).typed(text, "ann").numbers
+    assert parsed and len(parsed) == len({*parsed})
+
+
 def test_a_sentence_that_finds_no_place_to_wait_is_answered_with_429(http, monkeypatch):
     def full(*_, **__):
         raise dialogue.QueueFullError("2 sentences wait already; say it again in a moment")
 
     monkeypatch.setattr(dialogue.Dialogue, "_read", full)
-    assert said(http, "go to the sofa").status_code == 429
-    assert said(http, "stop").status_code == 200
+    assert http.post("/said", json={"text": "go to the sofa"}).status_code == 429
+    assert http.post("/said", json={"text": "stop"}).status_code == 200

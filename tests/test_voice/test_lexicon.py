@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.checkout import ROOT
-from vizbot.behaviours.base_mode import MAYBE_MOVED
+from vizbot.behaviours.safety import MAYBE_MOVED
 from vizbot.core.home_vocabulary import GROUPS, ROOMS, SYNONYMS, THINGS
 from vizbot.objectnav import reasons
 from vizbot.objectnav.option import Option

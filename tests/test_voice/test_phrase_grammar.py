@@ -35,10 +35,10 @@ from vizbot.operator.language.command import (
     goals_of,
 )
 from vizbot.operator.language.language import ENGLISH, FOLDER
+from vizbot.operator.language.phrase_grammar import Sentence, Stage
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.beam_search import PhraseScorer
 from vizbot.operator.voice.intent import Utterance
-from vizbot.operator.voice.phrase_grammar import Sentence, Stage
 
 PHRASING = ENGLISH.spoken
 THINGS = ("sofa", "lamp", "chest of drawers")

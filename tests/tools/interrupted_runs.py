@@ -49,7 +49,7 @@ LOADED = (
     "mapping.clip.embedded.encoder",
     "sim_stubs.realsense.camera",
     "sim_stubs.roomba.base",
-    "sim_stubs.scoring.goal_scorer",
+    "sim_stubs.scoring.success",
     "sim_stubs.world.world_name",
     "vizbot.commands.dry_run",
     "vizbot.commands.run_plan",

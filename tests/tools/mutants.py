@@ -29,11 +29,9 @@ import pytest
 import typer
 
 FOLDERS = ("benchmarks", "sim_stubs/scoring", "vizbot/objectnav", "mapping/clip")
-PICTURES = (
-    "benchmarks/slam/drawing.py",
-    "benchmarks/objectnav/episode_pictures.py",
-    "benchmarks/fast_world/curves.py",
-)
+MODULES = ("vizbot", "sim_stubs", "mapping", "benchmarks")
+"""Folders of the modules through which a test may meet a mutant."""
+PICTURES = ("benchmarks/slam/drawing.py",)
 """Modules that only draw: people look at what they make, and no result depends on it."""
 KINDS = ("comparison", "constant", "condition", "verdict")
 MOST_FILES, LONGEST = 3, 300.0
@@ -153,7 +151,7 @@ def matching_tests(root: Path, path: str) -> list[str]:
     defined = set(re.findall(r"^(?: {4}def |def |class )?(\w+)(?:\(| =|:)", source, re.MULTILINE))
     tests = sorted((root / "tests").rglob("test_*.py"))
     near = set(_importing(root, path, tests))
-    modules = [*(root / "vizbot").rglob("*.py"), *(root / "sim_stubs").rglob("*.py")]
+    modules = [path for name in MODULES for path in (root / name).rglob("*.py")]
     users = (str(user.relative_to(root)) for user in _importing(root, path, modules))
     found = near.union(*(_importing(root, user, tests) for user in users))
     named = {t: len(defined.intersection(re.findall(r"\w+", t.read_text()))) for t in found}

@@ -1,6 +1,6 @@
 """Runs kept episodes again in another order, and says which do not come out as they were.
 
-`python -m tests.tools.repeat_episodes FOLDER BENCH ROW`, for example `docs/results/rows/scoreboard
+`python -m tests.tools.repeat_episodes FOLDER BENCH ROW`, for example `docs/results/rows/search
 objectnav default`, in a fresh clone at the commit of the rows.
 """
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from vizbot.core.observer import Outcome
 from vizbot.operator.language.command import MISSIONS, Decline, GoTo, command_name, goals_of
+from vizbot.operator.language.dialogue import Dialogue
 from vizbot.operator.language.language import load_language
 from vizbot.operator.language.lexicon import singulars
 from vizbot.operator.language.understanding import understand
@@ -20,7 +21,6 @@ from vizbot.operator.printing import echo
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.voice.dialogue import Dialogue
 
 FOLDER = Path(__file__).resolve().parents[1] / "test_voice" / "sentences"
 LEAST = {

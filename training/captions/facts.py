@@ -147,12 +147,6 @@ class Facts:
     def __len__(self) -> int:
         return len(self.starts) - 1
 
-    def strengths_of_patch(self, patch: int) -> dict[str, float]:
-        """Strengths of one patch by the facts' keys."""
-        span = slice(self.starts[patch], self.starts[patch + 1])
-        found = zip(self.indices[span], self.strengths[span], strict=True)
-        return {FACTS[index].key: float(strength) for index, strength in found}
-
     def columns(self, indices: NDArray[np.int64]) -> NDArray[np.float32]:
         """Strengths (P, C) of the facts `indices` (C,), each named once."""
         column_of = np.full(len(FACTS), -1)

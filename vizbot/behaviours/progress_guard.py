@@ -12,15 +12,13 @@ from math import degrees
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.behaviours.errand import Errand
 from vizbot.behaviours.second_try import IN_VAIN
-from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP
 from vizbot.objectnav import reasons
 from vizbot.objectnav.looks import APART
-from vizbot.objectnav.tasks import Decision, Goal
+from vizbot.objectnav.tasks import Decision, Errand, Goal, ShortMove
 
 PATIENCE = 15.0
 """Time of motion and waiting after which something must have come of it [s]."""

@@ -2,16 +2,113 @@
 
 from __future__ import annotations
 
-from vizbot.behaviours.base_mode import BaseModeMonitor, ask_whether_moved
-from vizbot.behaviours.contact_recovery import ContactRecovery
-from vizbot.behaviours.lifting import Lifting
-from vizbot.behaviours.undocking import Undocking
-from vizbot.behaviours.vision_recovery import VisionRecovery
-from vizbot.config import Config
-from vizbot.core.observer import Outcome
-from vizbot.core.types import SE3, STOP, BaseState, Button, PoseEstimate
+from vizbot.behaviours.docking import Undocking
+from vizbot.behaviours.recovery import ContactRecovery, VisionRecovery
+from vizbot.config import Config, GyroSettlingConfig
+from vizbot.core.observer import OpenQuestion, Outcome
+from vizbot.core.types import SE3, STOP, BaseState, Button, PoseEstimate, RGBDFrame
 from vizbot.objectnav.tasks import Decision
 from vizbot.perception.interfaces import ObstacleMapper
+
+MAYBE_MOVED = OpenQuestion(
+    "somebody may have moved me: go on?",
+    "somebody may have moved the robot while its base was not heard; look at it and start again,"
+    " or set resume_safe in [roomba]",
+)
+
+
+def ask_whether_moved(state: BaseState) -> Decision | None:
+    """What to do with a base that somebody may have moved unheard; None with any other.
+
+    Its pose counts for nothing: once somebody says to go on, the robot finds its place first.
+    """
+    if not state.maybe_moved:
+        return None
+    return Decision(STOP, MAYBE_MOVED.text, question=MAYBE_MOVED, idle=True)
+
+
+class BaseModeMonitor:
+    """Waits a while for a base to obey again whose mode keeps it from driving."""
+
+    def __init__(self, patience: float) -> None:
+        """Wait for up to `patience` [s]."""
+        self._patience = patience
+        self._passive_since: float | None = None
+
+    def decide(self, state: BaseState, now: float, *, at_edge: bool) -> Decision | None:
+        """What to do while the base does not obey; None while it does.
+
+        Args:
+            state: What the base reports.
+            now: Time [s].
+            at_edge: Whether an edge explains it: there a base in Safe mode stops by itself.
+        """
+        if state.mode.obeys:
+            self._passive_since = None
+            return None
+        if self._passive_since is None:
+            self._passive_since = now
+        if at_edge:
+            return None
+        if now - self._passive_since < self._patience:
+            return Decision(STOP, "waiting for the base to obey")
+        reason = f"the base is in {state.mode.name} mode and does not drive; launch again"
+        return Decision(STOP, "the base does not drive", ended=(Outcome.GAVE_UP, reason))
+
+
+class Lifting:
+    """Stops a lifted robot, for good or until it is put down."""
+
+    def __init__(self, patience: float, *, resume_safe: bool) -> None:
+        """Begin on the floor.
+
+        Args:
+            patience: How long the robot waits to be put down [s].
+            resume_safe: Whether it may drive on by itself then.
+        """
+        self._patience = patience
+        self._resume_safe = resume_safe
+        self._since: float | None = None
+
+    @property
+    def lifted(self) -> bool:
+        """Whether it was lifted and has not obeyed since."""
+        return self._since is not None
+
+    def decide(self, state: BaseState, now: float) -> Decision | None:
+        """What to do while a wheel hangs and until the base obeys again; None on the floor."""
+        hangs = any(state.wheel_drops)
+        if hangs and self._since is None:
+            self._since = now
+        if not hangs and state.mode.obeys:
+            self._since = None
+        if self._since is None or not (hangs or self._resume_safe):
+            return None
+        if self._resume_safe and now - self._since < self._patience:
+            return Decision(STOP, "waiting to be put down", idle=True)
+        reason = "a wheel hangs; put the robot on the floor"
+        if not hangs:
+            reason = "the base does not obey since it was lifted; press Clean and launch again"
+        return Decision(STOP, "stopped, lifted", ended=(Outcome.GAVE_UP, reason))
+
+
+class GyroSettling:
+    """Keeps the robot at rest at first, so that the bias of its camera's gyroscope is learned."""
+
+    def __init__(self, config: GyroSettlingConfig) -> None:
+        self._config = config
+        self._frames = 0
+        self._since = 0.0
+
+    def goes_on(self, frame: RGBDFrame) -> bool:
+        """Whether the robot should stand still after `frame`; call once a frame."""
+        if self._frames == 0:
+            self._since = frame.stamp
+        self._frames += 1
+        if len(frame.imu.gyro_stamps) == 0:
+            return False
+        early = frame.stamp < self._since + self._config.seconds
+        return early or self._frames <= self._config.frames
 
 
 class SafetyBehaviours:

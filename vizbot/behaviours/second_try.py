@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from nav.frontier import FrontierSearch
-from vizbot.behaviours.errand import Errand
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
 from vizbot.objectnav import reasons
-from vizbot.objectnav.tasks import Decision
+from vizbot.objectnav.tasks import Decision, Errand
 from vizbot.perception.interfaces import ObstacleMapper
 
 IN_VAIN = (Outcome.NOT_FOUND, Outcome.EXPLORED)

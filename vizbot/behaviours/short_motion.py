@@ -9,11 +9,10 @@ import numpy as np
 from nav.config import FollowerConfig, NavigatorConfig
 from nav.costmap import Costmap, build_costmap
 from nav.follower import turn_rate
-from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
-from vizbot.objectnav.tasks import Decision
+from vizbot.objectnav.tasks import Decision, ShortMove
 
 _TURNED = radians(3.0)
 """Error at which a turn is over [rad]."""

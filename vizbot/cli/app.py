@@ -22,7 +22,6 @@ from vizbot.cli.remote import goal, say, status, stop, teleop, voice
 from vizbot.cli.standard_error import lose_what_cannot_be_written
 from vizbot.cli.stub import stub_app
 from vizbot.commands.options import (
-    BenchOptions,
     CalibrateOptions,
     ClipOption,
     ConfigOption,
@@ -138,13 +137,21 @@ def calibrate(options: CalibrateOptions) -> None:
     run(options)
 
 
-@_command("bench", _LOOK_BACK, "objectnav --quick")
-@with_options(BenchOptions)
-def run_bench(options: BenchOptions) -> None:
+@app.command(
+    "bench",
+    rich_help_panel=_LOOK_BACK,
+    add_help_option=False,
+    context_settings={
+        "allow_extra_args": True,
+        "allow_interspersed_args": False,
+        "ignore_unknown_options": True,
+    },
+)
+def run_bench(context: typer.Context) -> None:
     """Run a benchmark of the paper, or of pose estimation; what is finished is kept."""
     from vizbot.commands.bench import run
 
-    run(options)
+    run(context)
 
 
 _command("teleop", _RUN, "--base sim")(teleop)

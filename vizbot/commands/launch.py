@@ -19,12 +19,12 @@ from vizbot.doctor import examine
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.language.command import MISSIONS, Stop
 from vizbot.operator.language.command_grammar import MOST_LETTERS
+from vizbot.operator.language.dialogue import Dialogue
 from vizbot.operator.language.language import ENGLISH, Language, load_language
 from vizbot.operator.printing import echo
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession, printable
 from vizbot.operator.typed_lines import typed_lines
-from vizbot.operator.voice.dialogue import Dialogue
 from vizbot.rig import require_devices
 
 _DEVICES = DeviceChoice("realsense", "roomba")

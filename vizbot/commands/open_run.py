@@ -39,7 +39,7 @@ from vizbot.rig import Rig, open_encoder
 
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
-    from sim_stubs.scoring.goal_scorer import GoalScorer  # its module loads the simulated homes
+    from sim_stubs.scoring.success import GoalScorer  # its module loads the simulated homes
     from sim_stubs.world.world import World
     from vizbot.commands.serve import ServedRun  # its module loads the console's server
 
@@ -180,7 +180,7 @@ def open_run(
             encoder = FaultyEncoder(encoder, rig.schedule)
             observers[1] = FaultyObserver(report, rig.schedule)
             observers.append(Killer(rig.schedule))
-        served = _shared(rig, recorder) if serve else None
+        served = _shared(rig, recorder, report, plan.map_folder) if serve else None
         shared_base = None if served is None else served.base
         if plan.rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder, shared_base)))
@@ -191,9 +191,6 @@ def open_run(
         if scorer is not None:
             observers.append(scorer)
         if served is not None:
-            served.session.picture_of_place = report.picture_of_place
-            served.session.picture_of = report.picture_of  # it observes a goal before the session
-            served.session.begun_in = plan.map_folder
             observers.append(served.session)
         pipeline = Pipeline(devices, encoder, config, observers, parts, plan.saved_map)
         recorder.keep_map(pipeline.snapshot, rig.devices.clock)
@@ -229,15 +226,15 @@ def _world_and_encoder(
         return world, encoder.result()
 
 
-def _shared(rig: Rig, recorder: Recorder) -> ServedRun:
+def _shared(rig: Rig, recorder: Recorder, report: Report, begun_in: Path | None) -> ServedRun:
     from vizbot.commands.serve import ServedRun
 
-    return ServedRun.share(rig.devices, recorder)
+    return ServedRun.share(rig.devices, recorder, report, begun_in)
 
 
 def _scorer(rig: Rig) -> GoalScorer | None:
     if rig.world is None or rig.devices.base is None:
         return None
-    from sim_stubs.scoring.goal_scorer import GoalScorer
+    from sim_stubs.scoring.success import GoalScorer
 
     return GoalScorer(rig.world)

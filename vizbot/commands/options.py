@@ -12,7 +12,6 @@ from typing import Annotated
 
 import typer
 
-from benchmarks.episodes.encoder_scale import EncoderScale
 from vizbot.core.method import Method
 from vizbot.operator.client.endpoint import LANGUAGE, PORT, SPEECH, Service
 
@@ -228,122 +227,6 @@ class CalibrateOptions:
         "office"
     )
     yes: Annotated[bool, typer.Option("--yes", help="Start without asking.")] = False
-
-
-@dataclass(frozen=True, slots=True)
-class BenchOptions:
-    """Options of `vizbot bench`."""
-
-    name: Annotated[
-        str,
-        typer.Argument(
-            metavar="NAME",
-            help="objectnav, multi, retrieval, absent, slam, questions, planner, loop or faults.",
-        ),
-    ] = ""
-    sequence: Annotated[
-        Path | None,
-        typer.Argument(
-            metavar="[SEQ]", help="slam, questions: a TUM folder; else simulated homes."
-        ),
-    ] = None
-    seeds: Annotated[
-        str | None,
-        typer.Option("--seeds", help="Homes, for example 1000,1001; else those of the scoreboard."),
-    ] = None
-    worlds: Annotated[
-        str | None,
-        typer.Option(
-            "--worlds",
-            help="objectnav: homes as for --world, bare ones or files drawn by others.",
-        ),
-    ] = None
-    goals: Annotated[
-        int | None,
-        typer.Option("--goals", help="objectnav: only the first N goals of each home.", min=1),
-    ] = None
-    quick: Annotated[
-        bool, typer.Option("--quick", help="A part of the episodes, in homes of development.")
-    ] = False
-    fast: Annotated[
-        bool,
-        typer.Option(
-            "--fast", help="objectnav: rules compared on views made before; for development."
-        ),
-    ] = False
-    rows: Annotated[
-        str | None,
-        typer.Option(
-            "--rows", help="objectnav, multi: rows to drive, for example default; else all."
-        ),
-    ] = None
-    method: Annotated[
-        Method | None,
-        typer.Option("--method", help="objectnav, multi: drive the row of this method."),
-    ] = None
-    encoder_scale: Annotated[
-        EncoderScale | None,
-        typer.Option(
-            "--encoder-scale",
-            help="Cosines like CLIP's; offsets, too; scale unknown: objectnav, retrieval, absent.",
-        ),
-    ] = None
-    hours: Annotated[
-        float | None,
-        typer.Option(
-            "--hours",
-            help="slam: drive in one home for so long; does the cost stay?",
-            min=0.001,
-            max=1000.0,
-        ),
-    ] = None
-    stride: Annotated[
-        int | None,
-        typer.Option("--stride", help="slam: use every so many frames.", min=1, max=1000),
-    ] = None
-    vocabulary: Annotated[
-        Path | None,
-        typer.Option(
-            "--vocabulary",
-            help="slam: ORBvoc.txt, for ORB-SLAM3 as a peer (pip install pyorbslam3).",
-        ),
-    ] = None
-    questions: Annotated[
-        Path | None,
-        typer.Option("--questions", help="questions: TOML file of things and where they are."),
-    ] = None
-    against: Annotated[
-        str | None,
-        typer.Option("--against", help="loop: a commit to compare with, run in turns."),
-    ] = None
-    intrinsics: IntrinsicsOption = None
-    clip: ClipOption = None
-    config: Annotated[
-        Path | None,
-        typer.Option(
-            "--config",
-            help="TOML file with settings; else the defaults: results depend on no file that a"
-            " user happens to have.",
-        ),
-    ] = None
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out",
-            help="Folder of the results; else one in runs. Published ones: docs/results/rows.",
-        ),
-    ] = None
-    check: Annotated[
-        bool,
-        typer.Option("--check", help="Compute what README and pages claim from kept rows."),
-    ] = False
-    figures: Annotated[
-        bool,
-        typer.Option(
-            "--figures", help="Draw every table and figure of docs/results from its rows."
-        ),
-    ] = False
-    as_json: JsonOption = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,16 +3,26 @@
 from __future__ import annotations
 
 import logging
+import threading
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from vizbot.config import ObjectNavConfig
 from vizbot.core.devices import Devices
+from vizbot.core.observer import Candidate, GoalReport
 from vizbot.core.program.interrupts import is_interrupt
+from vizbot.core.types import BaseState, Feedback
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.printing import echo
+from vizbot.operator.report.report import Report
+from vizbot.operator.session.drive_lease import DriveLease
 from vizbot.operator.session.notifications import log_warnings
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_loop import run_tasks
@@ -22,6 +32,66 @@ from vizbot.pipeline import Pipeline
 from vizbot.recorder import Recorder
 
 log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class RobotOfRun:
+    """The robot of a run as its session has it: a `SharedRobot`.
+
+    Attributes:
+        base: The base that program and people share; None without one.
+        recorder: Keeps verdicts in the folder of the run.
+        report: Has the pictures; it observes a goal before the session.
+        begun_in: Folder of the saved map in which the run begins; None where it begins in none.
+        lease: Who drives by hand.
+        stopped: Set while the wheels must rest.
+    """
+
+    base: TwistMux | None
+    recorder: Recorder
+    report: Report
+    begun_in: Path | None
+    lease: DriveLease
+    stopped: threading.Event
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the run."""
+        return self.recorder.folder
+
+    def base_state(self) -> BaseState | None:
+        """The newest state of the base; None without one."""
+        return None if self.base is None else self.base.state
+
+    def battery_state(self) -> BaseState | None:
+        """The one that tells of the battery; None without one."""
+        return None if self.base is None else self.base.battery_state
+
+    def resume_base(self) -> None:
+        """Ask the base to obey again."""
+        if self.base is not None:
+            self.base.resume_soon()
+
+    def show(self, feedback: Feedback) -> None:
+        """Play feedback on the base's lights and speaker."""
+        if self.base is not None:
+            self.base.show_soon(feedback)
+
+    def picture_of(self, report: GoalReport) -> bytes | None:
+        """JPEG of the best place of a report; None where there is none."""
+        return self.report.picture_of(report)
+
+    def picture_of_place(self, place: Candidate) -> bytes | None:
+        """JPEG of a place on the map; None where there is none."""
+        return self.report.picture_of_place(place)
+
+    def keep_verdict(self, report: GoalReport, confirmed: bool) -> None:
+        """Keep beside the run what people say of an arrival."""
+        self.recorder.keep_verdict(report, confirmed)
+
+    def keep_verdict_on_way(self, xy: NDArray[np.float64], confirmed: bool) -> None:
+        """Keep what they say of the place that the robot goes up to."""
+        self.recorder.keep_verdict_on_way(xy, confirmed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,18 +109,18 @@ class ServedRun:
     base: TwistMux | None
 
     @staticmethod
-    def share(devices: Devices, recorder: Recorder) -> ServedRun:
+    def share(
+        devices: Devices, recorder: Recorder, report: Report, begun_in: Path | None
+    ) -> ServedRun:
         """Share devices; the recorder keeps what the base is sent."""
-        session = OperatorSession()
-        session.keep_verdict, session.folder = recorder.keep_verdict, recorder.folder
-        session.keep_verdict_on_way = recorder.keep_verdict_on_way
-        if devices.base is None:
-            return ServedRun(session, devices, None)
-        base = TwistMux(devices.base, session.lease, session.stopped)
-        base.on_drive = recorder.keep_commands(devices.clock)
-        session.base_state, session.battery_state = (lambda: base.state), lambda: base.battery_state
-        session.resume_base, session.show = base.resume_soon, base.show_soon
-        return ServedRun(session, replace(devices, base=base), base)
+        lease, stopped = DriveLease(time.monotonic), threading.Event()
+        base: TwistMux | None = None
+        if devices.base is not None:
+            base = TwistMux(devices.base, lease, stopped)
+            base.on_drive = recorder.keep_commands(devices.clock)
+            devices = replace(devices, base=base)
+        robot = RobotOfRun(base, recorder, report, begun_in, lease, stopped)
+        return ServedRun(OperatorSession(robot), devices, base)
 
     def serve(
         self,

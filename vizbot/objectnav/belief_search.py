@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,19 +27,29 @@ from nav.goal_region import sees
 from nav.navigator import GoalPoints, Navigation, navigate
 from nav.way_field import WayField
 from vizbot.config import Config
-from vizbot.core.observer import Outcome
+from vizbot.core.observer import Candidate, Outcome
+from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav import reasons
-from vizbot.objectnav.aim import Aim
+from vizbot.objectnav.candidates import NOTHING_SEEN, believed_places, question_of, scores_of
 from vizbot.objectnav.frontier_options import FrontierOptions
-from vizbot.objectnav.looks import APART, RINGS, Looks
-from vizbot.objectnav.option import Option
+from vizbot.objectnav.looks import APART, RINGS, Looks, Turns
+from vizbot.objectnav.option import Aim, Option
 from vizbot.objectnav.place_options import REACH, ROOM_REACH, PlaceOptions, fronts_of
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
-from vizbot.objectnav.turns import Turns
 from vizbot.objectnav.verdicts import Verdicts
 
+if TYPE_CHECKING:  # a search may be made without a camera
+    from vizbot.perception.perception import Perception
+
+CLOSING = 2.0
+"""Distance of a believed place that the robot goes up to before anything else [m]."""
+AROUND = 1.6
+"""Distance of places that one patch may show [m]: what stands before a thing is believed for its
+sake, and the thing itself is gone up to."""
+LOOK_WAY = {"place": 0.5, "frontier": 2.0}
+"""What looking costs once the robot is there, by the kind of option, as a length of way [m]."""
 LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
@@ -68,20 +78,15 @@ class _SurePlace:
 
 
 class BeliefSearch:
-    """Searches for one goal after another on one map.
+    """The `Search` by what is believed of places.
 
     Attributes:
+        goal: What is searched for, or was last; None before.
         answer_xy: (2,) the place that the robot has arrived at last, in `map` [m]; None before.
-        barred_xy: (B, 2) places that are not gone to for now, in `map` [m].
     """
 
-    LOOK_WAY: ClassVar = {"place": 0.5, "frontier": 2.0}
-    """What looking costs once the robot is there, as a length of way [m]."""
-    CLOSING = 2.0
-    """Distance of a believed place that the robot goes up to before anything else [m]."""
-    AROUND = 1.6
-    """Distance of places that one patch may show [m]: what stands before a thing is believed for
-    its sake, and the thing itself is gone up to."""
+    measure: ClassVar = Measure.PROBABILITY
+    assisted: ClassVar = True
 
     def __init__(
         self, config: Config, frontiers: FrontierSearch, parts: SearchParts = ALL_PARTS
@@ -102,14 +107,29 @@ class BeliefSearch:
         self._ways = WayField()
         self._beliefs: dict[str, Belief] = {}
         self._verdicts = Verdicts()
-        self._goal: Goal | None = None
+        self.goal: Goal | None = None
         self._looks, self._turns = Looks(), Turns(config.objectnav.look_around_rate)
         self._aim: Aim | None = None
         self._previous: Navigation | None = None
         self._steps = 0
         self._threshold = self._search.sure
         self.answer_xy: NDArray[np.float64] | None = None
-        self.barred_xy = np.zeros((0, 2))
+        self._barred_xy = np.zeros((0, 2))
+        self._belief = NOTHING_SEEN
+        self._perception: Perception | None = None
+
+    def observe(self, goal: Goal, perception: Perception) -> PlaceScores:
+        """See `Search.observe`: a place has its probability."""
+        self._perception, self._belief = perception, self._believed(goal, perception)
+        return scores_of(self._belief)
+
+    def _believed(self, goal: Goal, perception: Perception) -> PlaceBelief:
+        belief = self.belief_of(goal, question_of(goal))
+        return self.as_judged(goal, perception.believe(belief))
+
+    def decide(self, goal: Goal, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+        """See `Search.decide`."""
+        return self.go(goal, self._belief, grid, T_map_base)
 
     def belief_of(self, goal: Goal, question: Query) -> Belief:
         """The belief for a goal, which outlives the search for it.
@@ -132,41 +152,55 @@ class BeliefSearch:
         """Forget the present way: something else has moved the robot."""
         self._previous = None
 
-    @property
-    def goal(self) -> Goal | None:
-        """What is searched for, or was last; None before."""
-        return self._goal
+    def leave_alone(self, places_xy: NDArray[np.float64]) -> None:
+        """See `Search.leave_alone`."""
+        self._barred_xy = places_xy
 
     def place_of(self, navigation: Navigation) -> NDArray[np.float64]:
-        """The place (2,) in `map` [m] for which the robot is on its way to it, or to a spot."""
+        """See `Search.place_of`; the way may lead to a spot from where the place is looked at."""
         aim, end_xy = self._aim, navigation.goal_xy
         if aim is not None and aim.spot_xy is not None and np.array_equal(end_xy, aim.spot_xy):
             return aim.xy
         return end_xy
 
     def refute(self, place_xy: NDArray[np.float64] | None = None) -> None:
-        """Take it that a place is not it, and let the search go on.
-
-        Args:
-            place_xy: (2,) in `map` [m]; None for that of the last answer.
-        """
+        """See `Search.refute`."""
         place_xy = self.answer_xy if place_xy is None else place_xy
-        if self._goal is not None and place_xy is not None:
-            self._verdicts.refute(self._goal.text, place_xy)
+        if self.goal is not None and place_xy is not None:
+            self._verdicts.refute(self.goal.text, place_xy)
         self._verdicts.forget_affirmed()
         self._aim = self.answer_xy = None
 
     def affirm(self, place_xy: NDArray[np.float64]) -> None:
-        """Take it that what is searched for is at (2,) a place in `map` [m], for this search."""
+        """See `Search.affirm`."""
         self._verdicts.affirm(place_xy)
 
     def as_judged(self, goal: Goal, belief: PlaceBelief) -> PlaceBelief:
         """The belief for a goal after what somebody has said of places."""
-        return self._verdicts.applied(belief, goal, searching=goal is self._goal)
+        return self._verdicts.applied(belief, goal, searching=goal is self.goal)
 
     def threshold(self, goal: Goal) -> float:
         """Probability that the newest decision for a goal was held against; before one, `sure`."""
-        return self._threshold if goal is self._goal else self._search.sure
+        return self._threshold if goal is self.goal else self._search.sure
+
+    def found_above(self, goal: Goal) -> float:
+        """A probability of the settings, the same for every goal."""
+        return self._config.objectnav.found
+
+    def candidates(
+        self, goal: Goal, perception: Perception, *, arrived: bool = False
+    ) -> tuple[Candidate, ...]:
+        """See `Search.candidates`."""
+        answer_xy = self.answer_xy if arrived else None
+        return believed_places(goal, perception, self._believed(goal, perception), answer_xy)
+
+    def candidate(self, place_xy: NDArray[np.float64]) -> Candidate | None:
+        """See `Search.candidate`."""
+        goal, perception = self.goal, self._perception
+        if goal is None or perception is None:
+            return None
+        belief = self._believed(goal, perception)
+        return next(iter(believed_places(goal, perception, belief, place_xy)), None)
 
     def go(self, goal: Goal, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         """Do one step.
@@ -177,13 +211,13 @@ class BeliefSearch:
             grid: The obstacle map.
             T_map_base: Where the robot is.
         """
-        if goal is not self._goal:
-            self._goal, self._steps = goal, 0
+        if goal is not self.goal:
+            self.goal, self._steps = goal, 0
             self._looks, self._aim, self.answer_xy = Looks(), None, None
             self._turns = Turns(self._config.objectnav.look_around_rate)
             self._verdicts.forget_affirmed()
         self._steps += 1
-        decision = self._decide(_without(belief, self.barred_xy), grid, T_map_base)
+        decision = self._decide(_without(belief, self._barred_xy), grid, T_map_base)
         assert decision.threshold is not None
         self._threshold = decision.threshold
         return decision
@@ -253,7 +287,7 @@ class BeliefSearch:
         rows, columns = np.nonzero(belief.probabilities >= kept)
         places_xy, seen_from = belief.xy(rows, columns), belief.seen_from[rows, columns]
         here, resolution = T_map_base[:2, 3], costmap.grid.resolution
-        near = np.linalg.norm(places_xy - here, axis=1) <= self.CLOSING
+        near = np.linalg.norm(places_xy - here, axis=1) <= CLOSING
         fronts_xy, known = fronts_of(costmap, places_xy, seen_from)
         reach = ROOM_REACH if self._wants_room else REACH
         probabilities = belief.probabilities[rows, columns]
@@ -269,11 +303,11 @@ class BeliefSearch:
             if probabilities[i] < threshold:
                 continue
             navigation = way_to(i)
-            if navigation is None or navigation.distance > self.CLOSING:
+            if navigation is None or navigation.distance > CLOSING:
                 continue
             chosen, likeliest = i, self._likeliest_around(i, places_xy, probabilities)
             way = way_to(likeliest) if likeliest != i else None
-            if way is not None and way.distance <= self.CLOSING + self.AROUND:
+            if way is not None and way.distance <= CLOSING + AROUND:
                 chosen, navigation = likeliest, way
             yield _SurePlace(places_xy[chosen], float(probabilities[chosen]), threshold, navigation)
 
@@ -321,14 +355,14 @@ class BeliefSearch:
         """
         if self._wants_room:
             return place
-        around = np.linalg.norm(places_xy - places_xy[place], axis=1) <= self.AROUND
+        around = np.linalg.norm(places_xy - places_xy[place], axis=1) <= AROUND
         likeliest, doubt = int(np.argmax(np.where(around, probabilities, 0.0))), 1 - probabilities
         return likeliest if doubt[likeliest] <= doubt[place] / 2 else place
 
     @property
     def _wants_room(self) -> bool:
         """Whether a room is searched for."""
-        return self._goal is not None and self._goal.is_room
+        return self.goal is not None and self.goal.is_room
 
     @property
     def _sure(self) -> float:
@@ -380,7 +414,7 @@ class BeliefSearch:
 
     def _worth(self, option: Option) -> float:
         """Probability over way, and more for what the robot is on its way to."""
-        ratio = option.probability / (option.way + self.LOOK_WAY[option.kind])
+        ratio = option.probability / (option.way + LOOK_WAY[option.kind])
         if option.kind == "place":
             ratio *= min(option.probability / self._search.candidate, 1.0) ** 2
         if self._aims_at(option.kind, option.xy):

@@ -1,9 +1,12 @@
-"""Places that the robot has looked at from near and not believed, and from where."""
+"""Where the robot has looked: at places from near, and all around."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+
+from nav.look_around import LookAround
+from vizbot.core.types import SE3, Twist
 
 APART = 0.8
 """Places nearer to each other than this are one thing [m]."""
@@ -18,7 +21,7 @@ _RING_XY = np.concatenate(
 
 
 class Looks:
-    """What one search has looked at."""
+    """Places that one search has looked at from near and not believed, and from where."""
 
     def __init__(self) -> None:
         """Begin with nothing."""
@@ -40,3 +43,26 @@ class Looks:
         of_it = np.linalg.norm(self._places_xy - place_xy, axis=1) <= APART
         away = np.linalg.norm(around[:, None] - self._spots_xy[of_it], axis=2)
         return np.asarray(around[(away >= SPOTS_APART).all(axis=1)])
+
+
+class Turns:
+    """Spots on which the robot has turned around once, to see all that is there."""
+
+    def __init__(self, rate: float) -> None:
+        """Turn at `rate` [rad/s]."""
+        self._rate = rate
+        self._done_xy = np.zeros((0, 2))
+        self._turn: LookAround | None = None
+        self._begun_xy = np.zeros(2)
+
+    def twist(self, T_map_base: SE3) -> Twist | None:
+        """The twist to drive now; None where the turn is complete, or was done near here."""
+        here = T_map_base[:2, 3]
+        if (np.linalg.norm(self._done_xy - here, axis=1) <= APART).any():
+            return None
+        if self._turn is None or np.linalg.norm(self._begun_xy - here) > APART:
+            self._turn, self._begun_xy = LookAround(self._rate), here.copy()
+        twist = self._turn.twist(T_map_base)
+        if twist is None:
+            self._turn, self._done_xy = None, np.vstack([self._done_xy, here])
+        return twist

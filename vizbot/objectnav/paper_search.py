@@ -22,19 +22,27 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.retrieval import find
+from mapping.clip.footprint import PLACE
+from mapping.clip.growing_rows import GrowingRows
+from mapping.clip.retrieval import find, similarities
 from nav.config import NavigatorConfig, Reach
 from nav.costmap import Costmap, LiveCostmap
 from nav.navigator import GoalPoints, Navigation, explore_distant, navigate
-from vizbot.core.observer import Outcome
+from vizbot.core.errors import ConfigError
+from vizbot.core.observer import Candidate, Outcome
+from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav import reasons
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.perception.sightings import Sightings
+
+if TYPE_CHECKING:  # a search may be made without a camera
+    from vizbot.perception.perception import Perception
 
 LOWERING = 0.001
 """Theta is lowered by this much at a time."""
@@ -112,30 +120,103 @@ def lowered_thetas(theta: float, similarities: NDArray[np.float32]) -> list[floa
     return lowered
 
 
+class RunningScores:
+    """Similarities of the elements of a growing CLIP map, each computed once for a goal."""
+
+    def __init__(self) -> None:
+        self._goal: Goal | None = None
+        self._scores = GrowingRows(np.zeros(0, np.float32))
+
+    def similarities_to(self, goal: Goal, embeddings: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Similarities (N,) to a goal.
+
+        Args:
+            goal: One other than that of the previous call begins anew.
+            embeddings: (N, D) unit; they begin with those of the previous call.
+        """
+        if goal is not self._goal:
+            self._goal, self._scores = goal, GrowingRows(np.zeros(0, np.float32))
+        fresh = embeddings[len(self._scores) :]
+        self._scores.add(similarities(fresh, goal.embedding))
+        return self._scores.rows
+
+
 class PaperSearch:
-    """Searches for one goal after another on one map."""
+    """The `Search` that goes by nothing else: it leaves no place out, and believes nothing.
+
+    Attributes:
+        answer: Index of the element that the robot has arrived at last; None before.
+    """
+
+    measure: ClassVar = Measure.SIMILARITY
+    assisted: ClassVar = False
 
     def __init__(self, navigator: NavigatorConfig) -> None:
         """Start idle."""
         self._navigator = navigator
         self._costmap = LiveCostmap(navigator.costmap)
         self._previous: Navigation | None = None
-        self._answer: int | None = None
+        self.answer: int | None = None
         self._held: tuple[Goal, float] | None = None
+        self._scores = RunningScores()
+        self._seen = Sightings(np.zeros((0, 3)), np.zeros(0, np.float32), np.zeros((0, 2)))
 
-    @property
-    def answer(self) -> int | None:
-        """Index of the element that the robot has arrived at last; None before."""
-        return self._answer
+    def observe(self, goal: Goal, perception: Perception) -> PlaceScores:
+        """See `Search.observe`: a place has the highest similarity of what it shows."""
+        scores = self._scores.similarities_to(goal, perception.clip_map.embeddings)
+        seen = self._seen = perception.sightings(scores)
+        return PlaceScores.of_points(seen.points, seen.similarities, PLACE)
+
+    def decide(self, goal: Goal, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
+        """See `Search.decide`."""
+        return self.go(goal, self._seen, grid, T_map_base)
 
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""
         self._previous = None
 
+    def leave_alone(self, places_xy: NDArray[np.float64]) -> None:
+        """Do nothing: Algorithm 1 leaves nothing out."""
+
+    def place_of(self, navigation: Navigation) -> None:
+        """No place: Algorithm 1 goes to elements."""
+
     def threshold(self, goal: Goal) -> float:
         """Theta as the newest decision for a goal left it; before one, the goal's."""
         held = self._held
         return held[1] if held is not None and held[0] is goal else goal.threshold
+
+    def found_above(self, goal: Goal) -> float:
+        """Theta (section III-B)."""
+        return goal.threshold
+
+    def candidates(
+        self, goal: Goal, perception: Perception, *, arrived: bool = False
+    ) -> tuple[Candidate, ...]:
+        """The places that are most similar to a goal (section III-B), best first."""
+        elements = perception.clip_map.elements
+        seen = perception.sightings(similarities(elements.embeddings, goal.embedding))
+        return tuple(
+            Candidate(
+                seen.points[i],
+                float(seen.similarities[i]),
+                int(elements.frames[i]),
+                elements.boxes[i],
+            )
+            for i in seen.answers(self.answer if arrived else None)
+        )
+
+    def candidate(self, place_xy: NDArray[np.float64]) -> Candidate:
+        """Raise a `ConfigError`, as `refute` and `affirm` do: this search believes nothing."""
+        raise _believes_nothing()
+
+    def refute(self, place_xy: NDArray[np.float64] | None = None) -> None:
+        """Raise a `ConfigError`."""
+        raise _believes_nothing()
+
+    def affirm(self, place_xy: NDArray[np.float64]) -> None:
+        """Raise a `ConfigError`."""
+        raise _believes_nothing()
 
     def go(
         self, goal: Goal, sightings: Sightings, grid: OccupancyGrid, T_map_base: SE3
@@ -174,6 +255,12 @@ class PaperSearch:
             return Decision(
                 navigation.twist, activity, navigation, threshold=theta, why=why, score=similarity
             )
-        self._answer = action.element
+        self.answer = action.element
         ended = Outcome.ARRIVED, f"similarity {similarity:.3f}, within reach"
         return Decision(STOP, "arrived", navigation, threshold=theta, ended=ended, score=similarity)
+
+
+def _believes_nothing() -> ConfigError:
+    return ConfigError(
+        "the method 'paper' cannot learn what a place is; search with --method belief"
+    )

@@ -11,9 +11,8 @@ from nav.costmap import Costmap
 from nav.goal_region import fronts, sees
 from nav.way_field import WayField
 from vizbot.config import Config
-from vizbot.objectnav.aim import Aim
 from vizbot.objectnav.looks import APART, Looks
-from vizbot.objectnav.option import Option
+from vizbot.objectnav.option import Aim, Option
 from vizbot.objectnav.search_parts import SearchParts
 
 REACH = Reach(distance=1.3, extent=0.6)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from math import degrees
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from vizbot.core.types import Twist
 if TYPE_CHECKING:  # their modules load torch and numba
     from mapping.clip.encoder import TextEncoder
     from nav.navigator import Navigation
+
+FARTHEST = 5.0
+"""Longest way straight ahead that may be asked for [m]."""
 
 
 class Task(Enum):
@@ -39,6 +43,7 @@ class Goal:
         threshold: Theta, for the method `paper`.
         note: How the encoder understands the words, in one line; None where it needs no saying.
         rivals: (R, D) of what a place may be instead, as of `Query`; only rooms have any.
+        log_odds: Scale and bias of the encoder, as of `TextEncoder`; None where they are not known.
     """
 
     text: str
@@ -46,6 +51,7 @@ class Goal:
     threshold: float
     note: str | None = None
     rivals: Sequence[NDArray[np.float32]] = ()
+    log_odds: tuple[float, float] | None = None
 
     @property
     def is_room(self) -> bool:
@@ -64,7 +70,7 @@ def goal_of(encoder: TextEncoder, text: str, threshold: float | None = None) -> 
     reading = encoder.reading(text)
     embedding, *rivals = encoder.embed_texts([reading.text, *other_rooms(reading.text)])
     least = encoder.threshold if threshold is None else threshold
-    return Goal(text, embedding, least, reading.note, rivals)
+    return Goal(text, embedding, least, reading.note, rivals, encoder.log_odds)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +89,30 @@ class Waypoint:
     def xy(self) -> NDArray[np.float64]:
         """(2,) in `map` [m]."""
         return np.array([self.x, self.y])
+
+
+@dataclass(frozen=True, slots=True)
+class ShortMove:
+    """A turn on the spot or a way straight ahead that somebody named, one of them.
+
+    Attributes:
+        turn: Counterclockwise, -2 pi to 2 pi [rad].
+        forward: 0 to `FARTHEST` [m].
+    """
+
+    turn: float = 0.0
+    forward: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """In plain words."""
+        if self.turn:
+            return f"turn {'left' if self.turn > 0.0 else 'right'} {degrees(abs(self.turn)):.0f}°"
+        return f"go forward {self.forward:.1f} m"
+
+
+Errand: TypeAlias = Goal | Waypoint | Task | ShortMove
+"""What a tick of the robot is done for."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass
 from functools import cache, partial
+from math import radians
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,17 +27,10 @@ from mapping.relocalisation.local_map import LocalMap
 from mapping.slam.slam import Slam
 from vizbot.config import PerceptionConfig
 from vizbot.core.errors import DeviceError
-from vizbot.core.geometry import back_project, camera_mount, invert
+from vizbot.core.geometry import back_project, camera_mount, invert, rotation_angle
 from vizbot.core.interfaces import Clock, Pending
 from vizbot.core.program.interrupts import holding_interrupts
-from vizbot.core.types import (
-    SE3,
-    OccupancyGrid,
-    PoseEstimate,
-    RGBDFrame,
-    Tracking,
-)
-from vizbot.perception.frame_selection import shows_more, shows_something
+from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, RGBDFrame, Tracking
 from vizbot.perception.interfaces import PerceptionParts
 from vizbot.perception.run_record import RunRecord
 from vizbot.perception.sightings import Sightings
@@ -46,6 +40,12 @@ if TYPE_CHECKING:  # its module loads torch
 
 
 log = logging.getLogger(__name__)
+
+_OVEREXPOSED = 250
+_LEAST_EXPOSED = 0.2
+"""An image shows something when at least this share of it is not overexposed."""
+_DISTANCE, _TURN = 0.1, radians(10.0)
+"""Images from closer together show the same [m, rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -256,9 +256,9 @@ class Perception:
         self._collect()
         if estimate.tracking is Tracking.LOST:
             return
-        if standing and not shows_more(self._T_map_embedded, estimate.T_map_cam):
+        if standing and not _shows_more(self._T_map_embedded, estimate.T_map_cam):
             return
-        if not shows_something(frame.rgb):
+        if not _shows_something(frame.rgb):
             log.info("a picture that is burnt out is not mapped")
             return
         if self._embedding is not None:
@@ -330,3 +330,17 @@ class Perception:
     def base_of(self, estimate: PoseEstimate) -> SE3:
         """T_map_base at an estimate."""
         return estimate.T_map_cam @ invert(self.T_base_cam)
+
+
+def _shows_something(rgb: NDArray[np.uint8]) -> bool:
+    """Whether an image (H, W, 3) is not overexposed nearly everywhere, as by the sun."""
+    return bool((rgb[::8, ::8] < _OVEREXPOSED).any(axis=2).mean() >= _LEAST_EXPOSED)
+
+
+def _shows_more(T_map_previous: SE3 | None, T_map_cam: SE3) -> bool:
+    """Whether an image is from elsewhere than the previous one; a first image is."""
+    if T_map_previous is None:
+        return True
+    T_previous_cam = invert(T_map_previous) @ T_map_cam
+    moved = float(np.linalg.norm(T_previous_cam[:3, 3]))
+    return moved > _DISTANCE or rotation_angle(T_previous_cam) > _TURN

@@ -15,9 +15,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from sim_stubs.homes.floor_plan.openings import before_opening, wall_of
 from sim_stubs.homes.floor_plan.stairs import Stairs
-from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom
+from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, before_opening, wall_of
 from sim_stubs.homes.geometry.bounding_block import (
     FACING,
     Block,

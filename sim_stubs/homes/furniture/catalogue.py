@@ -71,16 +71,6 @@ def read_catalogue(folder: Path = CATALOGUE) -> tuple[Entry, ...]:
     return tuple(sorted(entries, key=lambda entry: entry.id))
 
 
-def choose_model(label: str, rng: np.random.Generator, entries: Sequence[Entry]) -> Entry | None:
-    """One of the `entries` of class `label`, drawn by `rng`; None when there is none.
-
-    Raises:
-        ConfigError: `label` is no class.
-    """
-    fitting = instances(label, entries)
-    return fitting[rng.integers(len(fitting))] if fitting else None
-
-
 def instances(label: str, entries: Sequence[Entry]) -> tuple[Entry, ...]:
     """The `entries` of class `label` meant for indoors, in their order.
 

@@ -18,13 +18,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.furniture.classes import CLASSES
 from sim_stubs.homes.geometry.extent import require_home_sized
 from sim_stubs.homes.geometry.free_space import PASSAGE, FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.piece import Piece
 from sim_stubs.homes.geometry.solids import by_material
 from sim_stubs.homes.sweet_home.archive import HomeFile, open_home_file
-from sim_stubs.homes.sweet_home.labels import label_of
 from sim_stubs.homes.sweet_home.models import Opening, load_listed
 from sim_stubs.homes.sweet_home.plan import (
     ListedPiece,
@@ -37,6 +37,7 @@ from sim_stubs.homes.sweet_home.plan import (
 from sim_stubs.homes.sweet_home.rooms import OUTDOORS, room_name, samples
 from sim_stubs.homes.sweet_home.shell import ceiling_height, floors, shell
 from vizbot.core.errors import ConfigError
+from vizbot.core.home_vocabulary import THINGS, class_of
 
 LIT = 5.0
 """Least area of a room with a lamp [m^2]: lamps of other rooms shine through walls."""
@@ -45,6 +46,54 @@ BESIDE = 0.45
 _TOLD = re.compile("window|door|hatch|frame")
 DOOR_SILL = 0.2
 """Height of a sill below which an opening is a door [m]."""
+
+
+LOW = 0.6
+"""Height below which a table is a coffee table [m]."""
+
+_TABLES = ("table", "round table", "square table", "oval table", "rectangular table")
+_UNTOLD = ("box",)
+"""Names without meaning: owners build everything else from blocks."""
+_NAMES: Mapping[str, str] = {
+    "chest": "chest of drawers",
+    "clothes washer": "washing machine",
+    "corner bunk bed": "bunk bed",
+    "corner sofa": "sofa",
+    "curve staircase": "stairs",
+    "electric radiator": "radiator",
+    "fitted bath": "bathtub",
+    "flat tv": "tv",
+    "floor uplight": "floor lamp",
+    "fridge & freezer": "refrigerator",
+    "fridge freezer": "refrigerator",
+    "hood": "range hood",
+    "hot water radiator": "radiator",
+    "kitchen upper cabinet": "wall cabinet",
+    "pendant lamp": "ceiling lamp",
+    "spiral staircase": "stairs",
+    "toilet unit": "toilet",
+    "tv unit": "tv stand",
+    "wall uplight": "wall lamp",
+    "washbasin with cabinet": "sink",
+    "work lamp": "table lamp",
+}
+"""Names in the program's own catalogue that differ from our classes."""
+
+
+def label_of(item: ListedPiece) -> str | None:
+    """The class of a piece; None without one, as for beams, pipes and blocks."""
+    for name in (plain_name(item.name), item.catalogue_name):
+        if name in _TABLES:
+            return "coffee table" if item.size[2] < LOW else "dining table"
+        if name in _NAMES:
+            return _NAMES[name]
+        label = class_of(name)
+        if label in THINGS and label not in _UNTOLD:
+            return label
+        fitting = (label for label, rule in CLASSES.items() if rule.fits("", name, item.size[2]))
+        if (label := next(fitting, None)) is not None:
+            return label
+    return None
 
 
 def read_home(path: Path) -> House:

@@ -8,7 +8,6 @@ import pytest
 from benchmarks.episodes import run as runs
 from benchmarks.episodes.calibration_error import EXACT
 from benchmarks.episodes.episode import Episode, Variant
-from benchmarks.objectnav import episode_pictures
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
@@ -46,7 +45,6 @@ def small_home(monkeypatch):
         return error.world(room(), config, episode.number)
 
     monkeypatch.setattr(runs, "open_episode", opened)
-    monkeypatch.setattr(episode_pictures, "open_episode", opened)
 
 
 def test_an_encoder_whose_cosines_lie_elsewhere_in_the_same_order_drives_the_same_path():
@@ -223,17 +221,3 @@ def test_true_depth_is_the_camera_s(monkeypatch, mean_colours, oracle, noise):
     row = replace(variant(max_steps=1), oracle=oracle)
     runs.run_episode((row, Episode(1000, ("sofa",))))
     assert cameras == [noise]
-
-
-def test_the_picture_shows_the_way_on_the_true_plan():
-    result = runs.run_episode((variant(max_steps=6), Episode(1000, ("sofa",))))
-    with runs.open_episode(result.episode, Config()) as world:
-        world.place(*result.stop)
-        drawn = episode_pictures.compose_picture(world, result).astype(int)
-        column, row = world.on_top_view(np.array(result.stop[:2])).round().astype(int)
-    assert drawn.shape == (480 + 30, 1280, 3)
-    red, green, blue = drawn[row, column]
-    assert red > 2 * green and red > 2 * blue
-    picture = episode_pictures.draw_episode(result, Config())
-    assert picture.jpeg[:2] == b"\xff\xd8"
-    assert picture.attributions == ()  # the sofa is procedural

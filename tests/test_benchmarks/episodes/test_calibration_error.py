@@ -108,10 +108,10 @@ def test_wheels_roll_and_turn_as_far_as_the_error_says(house, error, speeds, rat
     assert moved[1] / moved[0] == pytest.approx(ratio, abs=1e-6)
 
 
-def row(max_steps, exact):
+def row(max_steps):
     """Every frame is a step of a robot that looks for what is not there."""
     settings = {"objectnav": {"max_steps": max_steps, "settling": {"seconds": 0.0, "frames": 0}}}
-    return Variant("default", Config.model_validate(settings), exact=exact)
+    return Variant("default", Config.model_validate(settings))
 
 
 @pytest.fixture
@@ -125,14 +125,21 @@ def room(monkeypatch, mean_colours, house):
     monkeypatch.setattr(runs, "encoder_of", lambda config: mean_colours)
 
 
-def driven(exact, max_steps=45):
-    return replace(run_episode((row(max_steps, exact), SOFA)), wall_seconds=0.0)
+def driven():
+    return replace(run_episode((row(45), SOFA)), wall_seconds=0.0)
 
 
-def test_the_row_without_errors_drives_as_a_robot_that_nothing_was_done_to(
-    room, mean_colours, house
+@pytest.fixture
+def without_errors(monkeypatch):
+    """Robots are just as they believe, and their computer answers at once."""
+    monkeypatch.setattr(CalibrationError, "drawn", lambda episode: EXACT)
+    monkeypatch.setattr(runs, "slow_devices", lambda devices, *_: devices)
+
+
+def test_an_episode_without_errors_drives_as_a_robot_that_nothing_was_done_to(
+    room, mean_colours, house, without_errors
 ):
-    exact, config = driven(exact=True), row(45, exact=True).config
+    exact, config = driven(), row(45).config
     with (
         World(house, config.world, config.mount.T_base_cam, SOFA.home) as world,
         Rig(config, "sim", "sim", world) as rig,
@@ -148,9 +155,11 @@ def test_the_row_without_errors_drives_as_a_robot_that_nothing_was_done_to(
     assert exact.goals[0].steps == 45
 
 
-def test_an_episode_with_errors_is_the_same_twice_and_another_than_without(room):
-    assert driven(exact=False) == driven(exact=False)
-    assert driven(exact=False).track != driven(exact=True).track
+def test_an_episode_with_errors_is_the_same_twice_and_another_than_without(room, request):
+    first = driven()
+    assert driven() == first
+    request.getfixturevalue("without_errors")
+    assert driven().track != first.track
 
 
 def test_a_step_is_recorded_where_its_picture_was_taken(house):

@@ -9,7 +9,6 @@ from benchmarks.faults import bench as faults
 from benchmarks.faults import drives as fault_drives
 from benchmarks.faults import run as fault_run
 from benchmarks.faults import tables as fault_tables
-from benchmarks.faults.camera_lock import CameraLock, LateTurns
 from benchmarks.faults.drives import FaultDrive, FaultDriveResult, run_drive
 from benchmarks.faults.missions import (
     PAIRS,
@@ -32,9 +31,7 @@ from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
 
 LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
-TURNS = LateTurns(0.1, 0.5, 4.0)
-LOCK = CameraLock(TURNS, LateTurns(9.0, 11.0, 12.0), TURNS, 150, 0.2)
-TIMING = WallClockTiming(LATENCY, LOCK)
+TIMING = WallClockTiming(LATENCY)
 
 
 def result(
@@ -281,7 +278,7 @@ def test_the_page_says_with_what_its_results_were_made(tmp_path):
     timings = Store(tmp_path / "faults/timings.jsonl", WallClockTiming)
     timings.add(faults._key(), "abc123", "two cores", TIMING)
     text = faults_page(tmp_path / "faults", page)
-    assert "| bump " in text and LATENCY.summary() in text and LOCK.summary() in text
+    assert "| bump " in text and LATENCY.summary() in text
     assert faults_page(tmp_path / "nowhere", page) == ""
 
 

@@ -6,7 +6,6 @@ import pytest
 from benchmarks.episodes.calibration_error import CalibrationError
 from benchmarks.faults import bench as faults
 from benchmarks.faults import missions, tables, totals
-from benchmarks.faults.camera_lock import CameraLock, LateTurns
 from benchmarks.faults.drives import FaultDrive, run_drive
 from benchmarks.faults.missions import FaultMission, FaultMissionResult, NearGoals
 from benchmarks.faults.reflex_latency import ReflexLatency
@@ -100,9 +99,7 @@ def test_the_monitor_of_a_mission_knows_how_often_the_camera_gives_a_frame(monke
 
 EDGE = "the base stopped at an edge; put it elsewhere, or set resume_safe"
 LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
-TURNS = LateTurns(0.1, 0.5, 4.0)
-LOCK = CameraLock(TURNS, TURNS, TURNS, 150, 0.2)
-TIMING = totals.WallClockTiming(LATENCY, LOCK)
+TIMING = totals.WallClockTiming(LATENCY)
 
 
 @pytest.mark.parametrize(
@@ -217,7 +214,6 @@ def test_rows_by_default_are_kept_in_files_of_their_own(monkeypatch, tmp_path):
 
     monkeypatch.setattr(faults, "in_parallel", inline)
     monkeypatch.setattr(faults, "measure_reflexes", lambda: LATENCY)
-    monkeypatch.setattr(faults, "measure_camera_lock", lambda: LOCK)
     summary = faults.run_faults(faults.FaultBench((1100, 1101), True, tmp_path)).summary
 
     def kept(name, kind):

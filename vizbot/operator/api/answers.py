@@ -10,8 +10,6 @@ from vizbot.core.observer import Outcome
 from vizbot.core.place_scores import Measure
 from vizbot.core.types import Charging, Tracking
 
-_DESCRIBED = ConfigDict(use_attribute_docstrings=True)
-
 Point = tuple[float, float]
 """x, y in `map` [m]."""
 Position = tuple[float, float, float]
@@ -19,31 +17,33 @@ Position = tuple[float, float, float]
 Share = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class TaskNumbers(BaseModel):
-    """The tasks that were queued."""
+class AnswerModel(BaseModel):
+    """Described by the docstrings of its fields."""
 
-    model_config = _DESCRIBED
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+
+class TaskNumbers(AnswerModel):
+    """The tasks that were queued."""
 
     numbers: list[int]
     """One for each task, as in the state."""
 
 
-class StopAnswer(BaseModel):
+class StopAnswer(AnswerModel):
     """The robot was stopped."""
 
     stopped: Literal[True] = True
 
 
-class RequestTaken(BaseModel):
+class RequestTaken(AnswerModel):
     """The request reached the robot; the state shows what comes of it."""
 
     asked: Literal[True] = True
 
 
-class TokenProof(BaseModel):
+class TokenProof(AnswerModel):
     """The proof that a server knows the token."""
-
-    model_config = _DESCRIBED
 
     run: str
     """Name of this run of the server."""
@@ -52,16 +52,14 @@ class TokenProof(BaseModel):
     token is wanted."""
 
 
-class DoubtShown(BaseModel):
+class DoubtShown(AnswerModel):
     """The question is in the log, and the base has played its song of doubt."""
 
     shown: Literal[True] = True
 
 
-class SentenceAnswer(BaseModel):
+class SentenceAnswer(AnswerModel):
     """What the robot answers to a sentence."""
-
-    model_config = _DESCRIBED
 
     said: list[str]
     """Lines to be shown."""
@@ -78,10 +76,8 @@ class SentenceAnswer(BaseModel):
     """Of the tasks that the sentence has queued, as in the state."""
 
 
-class TaskState(BaseModel):
+class TaskState(AnswerModel):
     """A task that was asked for."""
-
-    model_config = _DESCRIBED
 
     number: int
     """From 1, in the order in which tasks were asked for."""
@@ -103,10 +99,8 @@ class TaskState(BaseModel):
     """What the robot drove for it [m]."""
 
 
-class ArrivalState(BaseModel):
+class ArrivalState(AnswerModel):
     """Where the robot has arrived last, for people to say whether that is it."""
-
-    model_config = _DESCRIBED
 
     number: int
     """Of the task."""
@@ -124,10 +118,8 @@ class ArrivalState(BaseModel):
     """Whether somebody says that it is what was asked for; null before."""
 
 
-class CandidateState(BaseModel):
+class CandidateState(AnswerModel):
     """The place that the robot goes up to because it may be the goal."""
-
-    model_config = _DESCRIBED
 
     number: int
     """The same as long as it is one place."""
@@ -141,10 +133,8 @@ class CandidateState(BaseModel):
     """Whether somebody has said to go there."""
 
 
-class BaseReport(BaseModel):
+class BaseReport(AnswerModel):
     """The newest sensor values of the base."""
-
-    model_config = _DESCRIBED
 
     mode: Literal["off", "passive", "safe", "full"]
     """The Open Interface mode; only in `safe` and `full` do the wheels obey."""
@@ -171,10 +161,8 @@ class BaseReport(BaseModel):
     """What the base touches or misses, in plain words."""
 
 
-class LogLine(BaseModel):
+class LogLine(AnswerModel):
     """A line of the log."""
-
-    model_config = _DESCRIBED
 
     time: float
     """Seconds since 1970."""
@@ -187,15 +175,13 @@ class LogLine(BaseModel):
     """How the task of an `ended` line ended; absent from other lines."""
 
 
-class MapPictureView(BaseModel):
+class MapPictureView(AnswerModel):
     """Where the picture of the map lies in `map`; walls stand upright in it.
 
     The pixel `column, row`, counted from the picture's upper left corner, shows the place that lies
     `column * metres_per_pixel` in the direction `turn` from the corner, and
     `(height - row) * metres_per_pixel` in the direction a quarter turn counterclockwise from that.
     """
-
-    model_config = _DESCRIBED
 
     corner: Point
     """x, y of the picture's lower left corner in `map` [m]."""
@@ -208,13 +194,11 @@ class MapPictureView(BaseModel):
     """Direction of the picture's rows in `map`, counterclockwise from x [rad]; seldom changes."""
 
 
-class RobotState(BaseModel):
+class RobotState(AnswerModel):
     """What the robot does, where it is, what it feels, and what it was asked for.
 
     What comes after `map_view` is absent before the first step.
     """
-
-    model_config = _DESCRIBED
 
     stopped: bool
     """Whether the robot rests until somebody asks for something new."""
@@ -267,10 +251,8 @@ class RobotState(BaseModel):
     """Along the planned path [m]; null without one."""
 
 
-class PlaceAnswer(BaseModel):
+class PlaceAnswer(AnswerModel):
     """A place on the map that may be what was asked for."""
-
-    model_config = _DESCRIBED
 
     position: Position
     """x, y, z in `map` [m]."""
@@ -283,10 +265,8 @@ class PlaceAnswer(BaseModel):
     """Where in that frame: left, top, right, bottom [px]."""
 
 
-class PlacesAnswer(BaseModel):
+class PlacesAnswer(AnswerModel):
     """What the map answers to a question."""
-
-    model_config = _DESCRIBED
 
     text: str
     """The question."""
@@ -302,56 +282,44 @@ class PlacesAnswer(BaseModel):
     """The answer in one line, seen from the robot."""
 
 
-class VocabularyAnswer(BaseModel):
+class VocabularyAnswer(AnswerModel):
     """Things and rooms of a household that the map finds."""
-
-    model_config = _DESCRIBED
 
     phrases: list[str]
     """In alphabetical order."""
 
 
-class NamedRoom(BaseModel):
+class NamedRoom(AnswerModel):
     """A room on the map."""
-
-    model_config = _DESCRIBED
 
     name: str
     position: Point
     """x, y in `map` of a place about in its middle [m]."""
 
 
-class RoomsAnswer(BaseModel):
+class RoomsAnswer(AnswerModel):
     """The rooms on the map."""
-
-    model_config = _DESCRIBED
 
     rooms: list[NamedRoom]
     """Largest room first."""
 
 
-class ZonesAnswer(BaseModel):
+class ZonesAnswer(AnswerModel):
     """The keep-out zones."""
-
-    model_config = _DESCRIBED
 
     zones: list[list[Point]]
     """The corners of each zone, x, y in `map` [m]."""
 
 
-class ZoneCount(BaseModel):
+class ZoneCount(AnswerModel):
     """The keep-out zones have changed."""
-
-    model_config = _DESCRIBED
 
     zones: int
     """How many there are now."""
 
 
-class ListedMap(BaseModel):
+class ListedMap(AnswerModel):
     """A saved map, as the list has it."""
-
-    model_config = _DESCRIBED
 
     name: str
     saved_at: float
@@ -360,10 +328,8 @@ class ListedMap(BaseModel):
     """Whether a robot is in it; it cannot be deleted then."""
 
 
-class MapNames(BaseModel):
+class MapNames(AnswerModel):
     """The saved maps."""
-
-    model_config = _DESCRIBED
 
     names: list[str]
     """Newest map first."""
@@ -371,37 +337,29 @@ class MapNames(BaseModel):
     """The same with what there is to say of each."""
 
 
-class SavedMap(BaseModel):
+class SavedMap(AnswerModel):
     """The map was saved."""
-
-    model_config = _DESCRIBED
 
     kept: str
     """The name of the saved map."""
 
 
-class RenamedMap(BaseModel):
+class RenamedMap(AnswerModel):
     """The saved map has another name."""
-
-    model_config = _DESCRIBED
 
     renamed: str
     """The new name."""
 
 
-class DeletedMap(BaseModel):
+class DeletedMap(AnswerModel):
     """The saved map is gone."""
-
-    model_config = _DESCRIBED
 
     deleted: str
     """The name that it had."""
 
 
-class LeftMap(BaseModel):
+class LeftMap(AnswerModel):
     """The robot has changed its map."""
-
-    model_config = _DESCRIBED
 
     left: str | None
     """The name under which the map that was left is saved; null where it held too little,

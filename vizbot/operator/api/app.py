@@ -13,20 +13,21 @@ from fastapi.responses import JSONResponse
 from fastapi.security import APIKeyCookie, APIKeyQuery, HTTPBearer
 
 from vizbot import __version__
+from vizbot.core.errors import VizbotError
 from vizbot.operator.api.answers import RobotState
 from vizbot.operator.api.console_routes import console_router
-from vizbot.operator.api.errors import ANYWHERE, error_responses, http_errors, refuse_invalid
-from vizbot.operator.api.image_stream import NAMES, Pictures
+from vizbot.operator.api.errors import ANYWHERE, error_responses, refuse, refuse_invalid
+from vizbot.operator.api.image_stream import NAMES, Pictures, picture_answer, picture_response
 from vizbot.operator.api.map_routes import map_router
-from vizbot.operator.api.picture_answers import picture_answer, picture_response
 from vizbot.operator.api.proof import Credentials, proof_router
 from vizbot.operator.api.sentence_routes import sentence_router
 from vizbot.operator.api.sockets import socket_router
 from vizbot.operator.api.state import state_of
 from vizbot.operator.api.task_routes import stop_router, task_router
+from vizbot.operator.language.dialogue import Dialogue
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.voice.dialogue import Dialogue
+from vizbot.operator.voice.recordings import Recordings
 
 _DESCRIPTION = """Ask the robot, watch it, drive it, stop it.
 
@@ -63,18 +64,11 @@ def build_app(
     session: OperatorSession,
     pictures: Pictures,
     live_map: LiveMap,
-    sentences: Dialogue,
+    dialogue: Dialogue,
+    recordings: Recordings,
     credentials: Credentials,
 ) -> FastAPI:
-    """The application of one run.
-
-    Args:
-        session: What people ask of the run.
-        pictures: What the robot sees and knows.
-        live_map: The maps of the robot.
-        sentences: What answers to sentences.
-        credentials: What clients must give.
-    """
+    """The application of one run."""
     # The pages that FastAPI offers fetch scripts from elsewhere, which would talk to the robot.
     app = FastAPI(
         title="vizbot",
@@ -87,11 +81,12 @@ def build_app(
         redoc_url=None,
     )
     app.add_exception_handler(RequestValidationError, refuse_invalid)
+    app.add_exception_handler(VizbotError, refuse)
     app.include_router(console_router())
     for router in (
         _state_router(session, pictures),
         task_router(session),
-        sentence_router(sentences),
+        sentence_router(dialogue, recordings),
         map_router(live_map),
     ):
         app.include_router(
@@ -114,11 +109,7 @@ def build_app(
 
 
 def build_stop_app(session: OperatorSession) -> FastAPI:
-    """The application that only stops the robot.
-
-    Args:
-        session: What people ask of the run.
-    """
+    """The application that only stops the robot."""
     app = FastAPI(openapi_url=None, docs_url=None, redoc_url=None)
     app.include_router(stop_router(session))
     return app
@@ -173,8 +164,7 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
     def candidate_picture(number: int) -> Response:
         """Read the picture of what the robot goes up to, with a box around it."""
         try:
-            with http_errors():
-                return picture_answer(session.candidate_picture(number))
+            return picture_answer(session.candidate_picture(number))
         except LookupError as error:
             raise HTTPException(404, str(error)) from error
 

@@ -19,10 +19,9 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import user_folder
-from vizbot.operator.api.connections.head import may_be_typed_stop
+from vizbot.operator.api.connections.head import foreign_reason, is_loopback, may_be_typed_stop
 from vizbot.operator.api.connections.token_bucket import TokenBucket
 from vizbot.operator.api.console_routes import FILES
-from vizbot.operator.api.origin import foreign_reason, is_loopback
 from vizbot.operator.api.proof import PROOF_PATH, Credentials
 
 Scope = MutableMapping[str, Any]
@@ -143,13 +142,7 @@ class Guard:
     def __init__(
         self, app: App, credentials: Credentials, now: Callable[[], float] = time.monotonic
     ) -> None:
-        """Guard an application.
-
-        Args:
-            app: The guarded application.
-            credentials: What clients must give.
-            now: Reads the time [s].
-        """
+        """Guard an application."""
         self._app = app
         self._credentials = credentials
         self._now = now

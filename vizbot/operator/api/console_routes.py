@@ -3,42 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.resources import files
+from pathlib import Path
 
 from fastapi import APIRouter, Response
 
-_SCRIPTS = (
-    "button_rows",
-    "connection",
-    "console",
-    "dom",
-    "drive",
-    "drive_input",
-    "goal_form",
-    "http",
-    "map/gestures",
-    "map/keep_out_zones",
-    "map/overlay",
-    "map/places",
-    "map/projection",
-    "map/rooms",
-    "map/view",
-    "map/zoom",
-    "place_cards",
-    "push_to_talk",
-    "refresh",
-    "saved_maps",
-    "state_view",
-    "suggestions",
-    "task_list",
-    "words",
-)
+_PAGE = Path(__file__).parents[1] / "page"
+_SCRIPTS = (path.relative_to(_PAGE).as_posix() for path in (_PAGE / "scripts").rglob("*.js"))
 FILES = {
     "/": ("console.html", "text/html"),
     "/console.css": ("console.css", "text/css"),
     "/layout.css": ("layout.css", "text/css"),
     "/console.svg": ("console.svg", "image/svg+xml"),
-    **{f"/scripts/{name}.js": (f"scripts/{name}.js", "text/javascript") for name in _SCRIPTS},
+    **{f"/{name}": (name, "text/javascript") for name in sorted(_SCRIPTS)},
 }
 """Name and media type of each file by its path. The files hold no secret."""
 _HEADERS = {
@@ -60,5 +36,5 @@ def console_router() -> APIRouter:
 
 
 def _answer(name: str, media_type: str) -> Callable[[], Response]:
-    content = files("vizbot.operator").joinpath("page", name).read_bytes()
+    content = (_PAGE / name).read_bytes()
     return lambda: Response(content, media_type=media_type, headers=_HEADERS)

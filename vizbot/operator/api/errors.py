@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
-from fastapi import HTTPException, Request
+from fastapi import Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
-from pydantic import BaseModel, ConfigDict
+from pydantic import ConfigDict
 
-from vizbot.core.errors import ConfigError, MapError, VizbotError
+from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.settings import causes
+from vizbot.operator.api.answers import AnswerModel
 
 
-class Refusal(BaseModel):
+class Refusal(AnswerModel):
     """Why a request was refused."""
-
-    model_config = ConfigDict(use_attribute_docstrings=True)
 
     detail: str
     """The reason, in one line."""
 
 
-class InvalidField(BaseModel):
+class InvalidField(AnswerModel):
     """A part of a request that does not fit."""
 
-    model_config = ConfigDict(use_attribute_docstrings=True, extra="allow")
+    model_config = ConfigDict(extra="allow")
 
     type: str
     """What kind of error it is, as pydantic names it."""
@@ -37,10 +34,8 @@ class InvalidField(BaseModel):
     """The reason, in one line."""
 
 
-class InvalidRequest(BaseModel):
+class InvalidRequest(AnswerModel):
     """Why a request does not fit what it is documented to be."""
-
-    model_config = ConfigDict(use_attribute_docstrings=True)
 
     detail: str | list[InvalidField]
     """The reason in one line, or every part that does not fit."""
@@ -100,12 +95,7 @@ def encodable(text: str) -> str:
     return text.encode("utf-8", "backslashreplace").decode()
 
 
-@contextmanager
-def http_errors() -> Iterator[None]:
-    """Raise the errors of vizbot as HTTP errors: 409 where the asker can mend it, else 503."""
-    try:
-        yield
-    except (ConfigError, MapError) as error:
-        raise HTTPException(409, str(error)) from error
-    except VizbotError as error:
-        raise HTTPException(503, str(error)) from error
+def refuse(request: Request, error: Exception) -> JSONResponse:
+    """Answer what raised an error of vizbot: 409 where the asker can mend it, else 503."""
+    status = 409 if isinstance(error, ConfigError | MapError) else 503
+    return JSONResponse({"detail": str(error)}, status)

@@ -1,4 +1,4 @@
-"""JPEGs of what the robot sees and knows, drawn once for everybody who watches."""
+"""JPEGs of what the robot sees and knows, drawn once for everybody who watches, and as answers."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import threading
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
+
+from fastapi import Response
 
 from vizbot.core.observer import Step
 from vizbot.operator.figures.image_encoding import jpeg
@@ -14,14 +17,6 @@ from vizbot.operator.session.session import OperatorSession
 
 NAMES = ("colour", "depth", "map", "likeness")
 """Names of the pictures; `likeness` is the heat map of the goal."""
-_PANELS = {
-    "colour": "colour",
-    "depth": "depth",
-    "map": "obstacle map",
-    "likeness": "likeness",
-}
-
-
 RATE = 10.0
 """Steps a second that are drawn and sent at most."""
 
@@ -37,11 +32,7 @@ class Pictures:
         self._jpegs: dict[str, bytes] = {}
 
     def newest(self, names: Sequence[str]) -> tuple[int, list[bytes]] | None:
-        """The index of a step and pictures of it as JPEG; None before the first step.
-
-        Args:
-            names: Some of `NAMES`.
-        """
+        """The index of a step and pictures of it as JPEG; None before the first step."""
         newest, now = self._session.newest_step(), time.monotonic()
         if newest is None:
             return None
@@ -55,7 +46,9 @@ class Pictures:
                     shown = self._with_scores(step) if name == "likeness" else step
                     turn = self._session.map_turn.turn_at(shown)
                     track = self._session.track()
-                    self._jpegs[name] = jpeg(panel(_PANELS[name], shown, track, turn, LARGE))
+                    self._jpegs[name] = jpeg(
+                        panel("obstacle map" if name == "map" else name, shown, track, turn, LARGE)
+                    )
             return step.index, [self._jpegs[name] for name in names]
 
     def _with_scores(self, step: Step) -> Step:
@@ -66,3 +59,14 @@ class Pictures:
         return replace(
             step, scores=scored.scores, measure=scored.measure, threshold=scored.threshold
         )
+
+
+def picture_answer(jpeg: bytes) -> Response:
+    """An answer that no browser keeps: the next one may be another."""
+    return Response(jpeg, media_type="image/jpeg", headers={"Cache-Control": "no-store"})
+
+
+def picture_response(description: str) -> dict[str, Any]:
+    """Document a picture as FastAPI takes it."""
+    schema = {"schema": {"type": "string", "format": "binary"}}
+    return {"description": description, "content": {"image/jpeg": schema}}

@@ -11,7 +11,7 @@ import ssl
 
 from vizbot.core.errors import ConfigError
 from vizbot.operator.api.connections.acceptor import QUEUE
-from vizbot.operator.api.origin import is_loopback
+from vizbot.operator.api.connections.head import is_loopback
 from vizbot.operator.client.endpoint import SPEECH, Service
 
 _FAR_AWAY = {socket.AF_INET: "192.0.2.1", socket.AF_INET6: "2001:db8::1"}

@@ -22,8 +22,8 @@ from vizbot.operator.api.answers import (
     ZoneCount,
     ZonesAnswer,
 )
-from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
-from vizbot.operator.api.picture_answers import picture_answer, picture_response
+from vizbot.operator.api.errors import WITH_BODY, error_responses
+from vizbot.operator.api.image_stream import picture_answer, picture_response
 from vizbot.operator.api.requests import (
     RenameMapRequest,
     SaveMapRequest,
@@ -43,123 +43,97 @@ _NAMED = error_responses(409)
 
 def map_router(live_map: LiveMap) -> APIRouter:
     """The routes about the maps of a robot."""
-    router = APIRouter()
+    router, saved = APIRouter(tags=["map"]), APIRouter(tags=["saved maps"])
+    both = APIRouter()
 
-    @router.get("/map/places", tags=["map"], summary="Ask the map", responses=_QUERY)
+    @router.get("/map/places", summary="Ask the map", responses=_QUERY)
     def places(text: Annotated[Words, Query()]) -> PlacesAnswer:
         """Find on the map, as it is now, what these words ask for."""
-        with http_errors():
-            answer = live_map.places(text)
-            return PlacesAnswer(**asdict(answer), told=live_map.summary(answer))
+        answer = live_map.places(text)
+        return PlacesAnswer(**asdict(answer), told=live_map.summary(answer))
 
-    @router.get("/map/vocabulary", tags=["map"], summary="List what the map finds", responses=_BUSY)
+    @router.get("/map/vocabulary", summary="List what the map finds", responses=_BUSY)
     def vocabulary() -> VocabularyAnswer:
         """List the usual things and rooms of a household that the map finds."""
-        with http_errors():
-            return VocabularyAnswer(phrases=live_map.vocabulary())
+        return VocabularyAnswer(phrases=live_map.vocabulary())
 
-    @router.get("/map/rooms", tags=["map"], summary="List rooms", responses=_BUSY)
+    @router.get("/map/rooms", summary="List rooms", responses=_BUSY)
     def rooms() -> RoomsAnswer:
         """List what the map most probably shows of each kind of room; up to ten seconds old."""
-        with http_errors():
-            return RoomsAnswer(rooms=[NamedRoom(**asdict(each)) for each in live_map.rooms()])
+        return RoomsAnswer(rooms=[NamedRoom(**asdict(each)) for each in live_map.rooms()])
 
-    @router.get("/map/keep-out", tags=["map"], summary="List keep-out zones", responses=_BUSY)
+    @router.get("/map/keep-out", summary="List keep-out zones", responses=_BUSY)
     def zones() -> ZonesAnswer:
         """List the zones that the robot does not enter by itself."""
-        with http_errors():
-            return ZonesAnswer(zones=[zone.tolist() for zone in live_map.keep_out()])
+        return ZonesAnswer(zones=[zone.tolist() for zone in live_map.keep_out()])
 
-    @router.put("/map/keep-out", tags=["map"], summary="Replace keep-out zones", responses=_CHANGE)
+    @router.put("/map/keep-out", summary="Replace keep-out zones", responses=_CHANGE)
     def replace_zones(zones: ZonesRequest) -> ZoneCount:
         """Keep the robot out of these zones and no others. Driving by hand ignores zones."""
-        with http_errors():
-            live_map.set_keep_out([np.array(corners, np.float32) for corners in zones.zones])
+        live_map.set_keep_out([np.array(corners, np.float32) for corners in zones.zones])
         return ZoneCount(zones=len(zones.zones))
 
-    @router.post("/map/keep-out", tags=["map"], summary="Add a keep-out zone", responses=_CHANGE)
+    @router.post("/map/keep-out", summary="Add a keep-out zone", responses=_CHANGE)
     def add_zone(zone: ZoneRequest) -> ZoneCount:
         """Keep the robot out of one more zone; zones that others add meanwhile stay."""
-        with http_errors():
-            return ZoneCount(zones=live_map.add_zone(np.array(zone.corners, np.float32)))
+        return ZoneCount(zones=live_map.add_zone(np.array(zone.corners, np.float32)))
 
-    @router.delete(
-        "/map/keep-out", tags=["map"], summary="Remove a keep-out zone", responses=_CHANGE
-    )
+    @router.delete("/map/keep-out", summary="Remove a keep-out zone", responses=_CHANGE)
     def remove_zone(zone: ZoneRequest) -> ZoneCount:
         """Let the robot into the zone that has these corners."""
-        with http_errors():
-            return ZoneCount(zones=live_map.remove_zone(np.array(zone.corners, np.float32)))
+        return ZoneCount(zones=live_map.remove_zone(np.array(zone.corners, np.float32)))
 
-    @router.get("/maps", tags=["saved maps"], summary="List saved maps")
+    @saved.get("/maps", summary="List saved maps")
     def names() -> MapNames:
         """List the saved maps: their names, when they were saved, which ones robots are in."""
-        saved = live_map.saved.maps()
-        listed = [ListedMap(**asdict(each)) for each in saved]
-        return MapNames(names=[each.name for each in saved], maps=listed)
+        maps = [ListedMap(**asdict(each)) for each in live_map.saved.maps()]
+        return MapNames(names=[each.name for each in maps], maps=maps)
 
-    @router.get(
+    @saved.get(
         "/maps/{name}/picture.jpg",
-        tags=["saved maps"],
         summary="Read the picture of a saved map",
         response_class=Response,
         responses={200: picture_response("Its floor plan."), **error_responses(409)},
     )
     def map_picture(name: str) -> Response:
         """Read a small floor plan of a saved map: walls are dark, keep-out zones red."""
-        with http_errors():
-            return picture_answer(jpeg(thumbnail(live_map.saved.grid(name))))
+        return picture_answer(jpeg(thumbnail(live_map.saved.grid(name))))
 
-    @router.put("/maps/{name}", tags=["saved maps"], summary="Save the map", responses=_CHANGE)
+    @saved.put("/maps/{name}", summary="Save the map", responses=_CHANGE)
     def save(name: str, options: SaveMapRequest) -> SavedMap:
         """Save the map as it is now."""
-        with http_errors():
-            live_map.save(name, replace=options.replace)
+        live_map.save(name, replace=options.replace)
         return SavedMap(kept=name)
 
-    @router.post(
-        "/maps/{name}/begin",
-        tags=["saved maps"],
-        summary="Change to a saved map",
-        responses=_BUSY,
-    )
+    @saved.post("/maps/{name}/begin", summary="Change to a saved map", responses=_BUSY)
     def begin_saved(name: str) -> LeftMap:
         """Leave the map, which is saved, and go on in another saved one.
 
         A map that cannot be saved is refused once (409), and lost where this is asked once more.
         Positions in the run's folder refer to the axes of the new map from then on.
         """
-        with http_errors():
-            return LeftMap(left=live_map.begin(name))
+        return LeftMap(left=live_map.begin(name))
 
-    @router.post(
-        "/maps/{name}/rename",
-        tags=["saved maps"],
-        summary="Rename a saved map",
-        responses=_CHANGE,
-    )
+    @saved.post("/maps/{name}/rename", summary="Rename a saved map", responses=_CHANGE)
     def rename(name: str, request: RenameMapRequest) -> RenamedMap:
         """Give a saved map another name, which no other map may have."""
-        with http_errors():
-            live_map.rename(name, request.name)
+        live_map.rename(name, request.name)
         return RenamedMap(renamed=request.name)
 
-    @router.delete(
-        "/maps/{name}", tags=["saved maps"], summary="Delete a saved map", responses=_NAMED
-    )
+    @saved.delete("/maps/{name}", summary="Delete a saved map", responses=_NAMED)
     def delete(name: str) -> DeletedMap:
         """Delete a saved map; one that a robot is in stays."""
-        with http_errors():
-            live_map.delete(name)
+        live_map.delete(name)
         return DeletedMap(deleted=name)
 
-    @router.post("/map/new", tags=["saved maps"], summary="Change to an empty map", responses=_BUSY)
+    @saved.post("/map/new", summary="Change to an empty map", responses=_BUSY)
     def begin_empty() -> LeftMap:
         """Leave the map, which is saved, and begin an empty one.
 
         A map that cannot be saved is refused once (409), and lost where this is asked once more.
         """
-        with http_errors():
-            return LeftMap(left=live_map.begin(None))
+        return LeftMap(left=live_map.begin(None))
 
-    return router
+    for each in (router, saved):
+        both.include_router(each)
+    return both

@@ -27,14 +27,7 @@ Address = Sequence[object]
 
 
 def prove(token: str, challenge: str, run: str, address: Address) -> str:
-    """The proof that a server knows the token.
-
-    Args:
-        token: Of the robot.
-        challenge: What the client has made up.
-        run: Name of this run of the server.
-        address: Where the client has reached it.
-    """
+    """The proof that a server knows the token, at the address where a client has reached it."""
     return _keyed_hash(token, "server", challenge, run, *map(str, address[:2]))
 
 

@@ -9,7 +9,6 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from vizbot.operator.session.live_map import MOST_ZONES
 from vizbot.operator.session.session import SOMEBODY
 
-_STRICT = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 _MOST_CORNERS = 100
 
 Words = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
@@ -24,20 +23,22 @@ Corners = Annotated[
 ]
 
 
-class GoalsRequest(BaseModel):
-    """Goals in words, visited in this order."""
+class StrictRequest(BaseModel):
+    """Refuses what it has no field for."""
 
-    model_config = _STRICT
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+
+
+class GoalsRequest(StrictRequest):
+    """Goals in words, visited in this order."""
 
     texts: list[Words] = Field(min_length=1, max_length=20)
     at_once: bool = False
     """Whether the running task ends for these; otherwise they wait for their turn."""
 
 
-class PlaceRequest(BaseModel):
+class PlaceRequest(StrictRequest):
     """A place on the map to drive to."""
-
-    model_config = _STRICT
 
     x: Coordinate
     """In `map` [m]."""
@@ -47,36 +48,28 @@ class PlaceRequest(BaseModel):
     """Whether the running task ends for this one; otherwise it waits for its turn."""
 
 
-class TaskOptions(BaseModel):
+class TaskOptions(StrictRequest):
     """How to queue a task that needs no words."""
-
-    model_config = _STRICT
 
     at_once: bool = False
     """Whether the running task ends for this one; otherwise it waits for its turn."""
 
 
-class CancelRequest(BaseModel):
+class CancelRequest(StrictRequest):
     """Who calls a task off."""
-
-    model_config = _STRICT
 
     who: PersonName = SOMEBODY
     """For the log."""
 
 
-class DoubtRequest(BaseModel):
+class DoubtRequest(StrictRequest):
     """A question for a person, raised by a sentence that was not understood for sure."""
-
-    model_config = _STRICT
 
     question: Words
 
 
-class VerdictRequest(BaseModel):
+class VerdictRequest(StrictRequest):
     """What somebody says of the place at which the robot has arrived, or to which it goes."""
-
-    model_config = _STRICT
 
     confirmed: bool
     """Whether it is what was asked for."""
@@ -84,10 +77,8 @@ class VerdictRequest(BaseModel):
     """Who says so, for the log."""
 
 
-class SentenceRequest(BaseModel):
+class SentenceRequest(StrictRequest):
     """A sentence that somebody types to the robot."""
-
-    model_config = _STRICT
 
     text: SentenceText
     """A thing alone is a goal; words in double quotes are literal."""
@@ -106,44 +97,34 @@ class StopRequest(BaseModel):
     """For the log."""
 
 
-class ZonesRequest(BaseModel):
+class ZonesRequest(StrictRequest):
     """All keep-out zones: polygons of corners x, y in `map` [m]."""
-
-    model_config = _STRICT
 
     zones: list[Corners] = Field(max_length=MOST_ZONES)
 
 
-class ZoneRequest(BaseModel):
+class ZoneRequest(StrictRequest):
     """One keep-out zone: a polygon of corners x, y in `map` [m]."""
-
-    model_config = _STRICT
 
     corners: Corners
 
 
-class SaveMapRequest(BaseModel):
+class SaveMapRequest(StrictRequest):
     """How to save a map."""
-
-    model_config = _STRICT
 
     replace: bool = False
     """Whether the map may take the place of another one with this name."""
 
 
-class RenameMapRequest(BaseModel):
+class RenameMapRequest(StrictRequest):
     """The new name of a saved map."""
-
-    model_config = _STRICT
 
     name: str
     """Of letters, digits, spaces and -, 60 at most."""
 
 
-class DriveMessage(BaseModel):
+class DriveMessage(StrictRequest):
     """A motion command, sent over the WebSocket `/drive`."""
-
-    model_config = _STRICT
 
     sequence: int = Field(ge=0)
     """Grows from one command to the next."""

@@ -10,11 +10,12 @@ from fastapi import APIRouter, Body, HTTPException
 from vizbot.core.errors import VizbotError
 from vizbot.core.normal_text import seen_text
 from vizbot.operator.api.answers import SentenceAnswer
-from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
+from vizbot.operator.api.errors import WITH_BODY, error_responses
 from vizbot.operator.api.requests import PersonName, SentenceRequest
 from vizbot.operator.language.command_grammar import SentenceTooLongError, require_length
+from vizbot.operator.language.dialogue import Dialogue, QueueFullError
 from vizbot.operator.session.session import SOMEBODY
-from vizbot.operator.voice.dialogue import Dialogue, QueueFullError
+from vizbot.operator.voice.recordings import Recordings
 from vizbot.operator.voice.sound import SoundError
 
 _SOUND = {"schema": {"type": "string", "format": "binary"}}
@@ -22,14 +23,12 @@ _SOUND_TYPES = ("audio/wav", "audio/webm", "audio/ogg", "audio/mp4")
 _RECORDING = {"requestBody": {"content": dict.fromkeys(_SOUND_TYPES, _SOUND)}}
 
 
-def sentence_router(sentences: Dialogue) -> APIRouter:
+def sentence_router(dialogue: Dialogue, recordings: Recordings) -> APIRouter:
     """The routes that take sentences."""
     router = APIRouter(tags=["sentences"])
 
     @router.post(
-        "/said",
-        summary="Type a sentence",
-        responses=error_responses(409, 503, *WITH_BODY),
+        "/said", summary="Type a sentence", responses=error_responses(409, 503, *WITH_BODY)
     )
     def said(sentence: SentenceRequest) -> SentenceAnswer:
         """Do what a sentence asks for: go to, where is, come back, dock, stop, or a bare goal.
@@ -42,14 +41,11 @@ def sentence_router(sentences: Dialogue) -> APIRouter:
             if not text.isprintable():
                 require_length(text)
                 raise HTTPException(422, f"{text!r} holds what is no text")
-            reply = sentences.typed(text, sentence.who, at_once=sentence.at_once)
+            reply = dialogue.typed(text, sentence.who, at_once=sentence.at_once)
         except SentenceTooLongError as error:
             raise HTTPException(422, str(error)) from error
         except QueueFullError as error:
             raise HTTPException(429, str(error)) from error
-        except VizbotError:
-            with http_errors():
-                raise
         return SentenceAnswer(**asdict(reply))
 
     @router.post(
@@ -67,7 +63,7 @@ def sentence_router(sentences: Dialogue) -> APIRouter:
         While one is listened to, two more may wait.
         """
         try:
-            return SentenceAnswer(**asdict(sentences.spoken(sound, who)))
+            return SentenceAnswer(**asdict(recordings.spoken(sound, who)))
         except SoundError as error:
             raise HTTPException(422, str(error)) from error
         except QueueFullError as error:

@@ -11,7 +11,7 @@ import socket
 import subprocess
 import threading
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from typing import Self
 
 import uvicorn
@@ -20,18 +20,22 @@ from vizbot.core.program.interpreter import interpreter_command
 from vizbot.operator.api.app import build_app, build_stop_app
 from vizbot.operator.api.auth import App, Guard, own_token, store_token
 from vizbot.operator.api.connections import acceptor
-from vizbot.operator.api.connections.bounded_http import LONGEST_LINE, BoundedHttp
-from vizbot.operator.api.connections.bounded_websocket import BoundedWebSocket
+from vizbot.operator.api.connections.bounded_protocols import (
+    LONGEST_LINE,
+    BoundedHttp,
+    BoundedWebSocket,
+)
 from vizbot.operator.api.connections.connection_limits import BoundedListener
+from vizbot.operator.api.connections.head import is_loopback
 from vizbot.operator.api.image_stream import Pictures
 from vizbot.operator.api.listener import open_listener, reached_host, require_certificate
-from vizbot.operator.api.origin import is_loopback
 from vizbot.operator.api.proof import Credentials
 from vizbot.operator.client.endpoint import Service
+from vizbot.operator.language.dialogue import Dialogue
 from vizbot.operator.language.language import load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
-from vizbot.operator.voice.dialogue import Dialogue
+from vizbot.operator.voice.recordings import Recordings
 
 logger = logging.getLogger(__name__)
 
@@ -83,11 +87,12 @@ class Server:
             live_map = LiveMap(session)
             cleanup.callback(live_map.close)
             language = load_language(service.language)
-            sentences = Dialogue(session, live_map, service.speech, language)
+            dialogue = Dialogue(session, live_map, language)
+            recordings = Recordings(session, live_map, dialogue, service.speech, language)
             credentials = Credentials(self.token)
-            app = build_app(session, Pictures(session), live_map, sentences, credentials)
+            app = build_app(session, Pictures(session), live_map, dialogue, recordings, credentials)
             answering = [
-                cleanup.enter_context(_Answering(Guard(each, credentials), service))
+                cleanup.enter_context(closing(_Answering(Guard(each, credentials), service)))
                 for each in (build_stop_app(session), app)
             ]
             if self.token is not None and is_new:
@@ -97,7 +102,7 @@ class Server:
             channels = [each.channel for each in answering]
             flags = ["encrypted"] if service.certificate is not None else []
             flags += ["here-alone"] if self.token is None else []
-            cleanup.enter_context(_Acceptor([listener, *channels], flags))
+            cleanup.enter_context(closing(_Acceptor([listener, *channels], flags)))
             self._cleanup = cleanup.pop_all()
 
     def close(self) -> None:
@@ -119,7 +124,6 @@ class _Answering:
     """
 
     def __init__(self, app: App, service: Service) -> None:
-        """Prepare it."""
         ours, self.channel = socket.socketpair()
         self._listener = BoundedListener(ours)
         config = uvicorn.Config(
@@ -159,18 +163,11 @@ class _Answering:
         self._listener.close()
         self.channel.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
-
 
 class _Acceptor:
     """The acceptor's process, which is started again where it has ended."""
 
     def __init__(self, sockets: Sequence[socket.socket], flags: Sequence[str]) -> None:
-        """Start it with the arguments of `acceptor.main`."""
         self._inherited = [each.fileno() for each in sockets]
         self._flags = flags
         self._closed = threading.Event()
@@ -199,12 +196,6 @@ class _Acceptor:
         self._closed.set()
         self._process.terminate()
         self._watcher.join(timeout=_CLOSE_TIMEOUT)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
 
 def _url(service: Service, host: str, port: int) -> str:

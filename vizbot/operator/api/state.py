@@ -6,18 +6,16 @@ import json
 import math
 import threading
 import time
-from collections.abc import Callable
 
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Effort, Step
 from vizbot.core.types import BaseState
 from vizbot.operator.client.base_json import base_report
 from vizbot.operator.figures.panels import LARGE, MapView
-from vizbot.operator.session.approached_candidate import ApproachedCandidate
-from vizbot.operator.session.arrival import Arrival
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.session_log import LogEntry
 from vizbot.operator.session.task_queue import QueuedTask
+from vizbot.operator.session.verdicts import ApproachedCandidate, Arrival
 from vizbot.operator.teleop.status_line import contacts
 
 _MAX_AGE = 0.15
@@ -27,22 +25,15 @@ _MAX_AGE = 0.15
 class SharedState:
     """The state as JSON, made once for everybody who watches; safe to use from several threads."""
 
-    def __init__(self, session: OperatorSession, now: Callable[[], float] = time.monotonic) -> None:
-        """Take over a session.
-
-        Args:
-            session: The source of the state.
-            now: Reads the wall clock [s].
-        """
+    def __init__(self, session: OperatorSession) -> None:
         self._session = session
-        self._now = now
         self._lock = threading.Lock()
         self._json, self._made_at = "", -math.inf
 
     def json(self) -> str:
         """The state, at most 0.15 s old."""
         with self._lock:
-            now = self._now()
+            now = time.monotonic()
             if now - self._made_at >= _MAX_AGE:
                 self._json, self._made_at = json.dumps(state_of(self._session)), now
             return self._json
@@ -55,12 +46,12 @@ def state_of(session: OperatorSession) -> dict[str, object]:
         "wheel": session.lease.holder,
         "goals": [_task(task) for task in session.queue.tasks()],
         "steps_per_second": round(session.step_rate(), 1),
-        "base": _base(session.base_state()),
+        "base": _base(session.robot.base_state()),
         "arrival": _arrival(session.arrival),
         "candidate": _candidate(session.candidate),
         "question": None if session.question is None else session.question.text,
         "log": [_line(line) for line in session.log.lines()],
-        "run": None if session.folder is None else str(session.folder.absolute()),
+        "run": None if session.robot.folder is None else str(session.robot.folder.absolute()),
     }
     step, scored = session.newest_step(), session.scored_step()
     if step is None:

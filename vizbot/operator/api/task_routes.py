@@ -12,7 +12,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.types import Feedback
 from vizbot.objectnav.tasks import Task, Waypoint
 from vizbot.operator.api.answers import DoubtShown, RequestTaken, StopAnswer, TaskNumbers
-from vizbot.operator.api.errors import WITH_BODY, error_responses, http_errors
+from vizbot.operator.api.errors import WITH_BODY, error_responses
 from vizbot.operator.api.requests import (
     CancelRequest,
     DoubtRequest,
@@ -32,6 +32,7 @@ _BODY_TIMEOUT = 0.2
 _BODY = error_responses(*WITH_BODY)
 _CHANGE = error_responses(409, *WITH_BODY)
 _NUMBER = error_responses(409, 422)
+_VERDICT = error_responses(409, 503, *WITH_BODY)
 _STOP_BODY: dict[str, Any] = {
     "requestBody": {"content": {"application/json": {"schema": StopRequest.model_json_schema()}}}
 }
@@ -81,56 +82,45 @@ def task_router(session: OperatorSession) -> APIRouter:
     @router.delete("/tasks/{number}", summary="Call off a task", responses=_CHANGE)
     def cancel(number: int, by: CancelRequest = _BY_SOMEBODY) -> RequestTaken:
         """Call off a task that runs or waits; the others stay."""
-        with http_errors():
-            session.cancel(number, by.who)
+        session.cancel(number, by.who)
         return RequestTaken()
 
     @router.post("/tasks/{number}/next", summary="Do a task next", responses=_NUMBER)
     def do_next(number: int) -> RequestTaken:
         """Let a task that waits be the next one; the running one goes on."""
-        with http_errors():
-            session.do_next(number)
+        session.do_next(number)
         return RequestTaken()
 
     @router.post("/tasks/{number}/again", summary="Ask again", responses=_NUMBER)
     def ask_again(number: int) -> TaskNumbers:
         """Queue once more what a task that is over was about."""
-        with http_errors():
-            return TaskNumbers(numbers=[task.number for task in session.ask_again(number)])
+        return TaskNumbers(numbers=[task.number for task in session.ask_again(number)])
 
-    @router.post(
-        "/verdict",
-        summary="Say whether that is it",
-        responses=error_responses(409, 503, *WITH_BODY),
-    )
+    @router.post("/verdict", summary="Say whether that is it", responses=_VERDICT)
     def judge(verdict: VerdictRequest) -> TaskNumbers:
         """Say whether what the robot has arrived at last is what it was asked for.
 
         Where it is not, that place is believed less and the search for the same words goes on at
         once, as the task whose number is the answer.
         """
-        with http_errors():
-            tasks = session.judge(confirmed=verdict.confirmed, who=verdict.who)
+        tasks = session.judge(confirmed=verdict.confirmed, who=verdict.who)
         return TaskNumbers(numbers=[task.number for task in tasks])
 
     @router.post(
-        "/candidates/{number}/verdict",
-        summary="Say whether to go there",
-        responses=error_responses(409, 503, *WITH_BODY),
+        "/candidates/{number}/verdict", summary="Say whether to go there", responses=_VERDICT
     )
     def judge_candidate(number: int, verdict: VerdictRequest) -> RequestTaken:
         """Say whether to go to what the robot sees, and take it for the goal, or to keep looking.
 
         Where it is not the goal, that place is believed less, as after an arrival.
         """
-        with http_errors():
-            session.judge_candidate(number, confirmed=verdict.confirmed, who=verdict.who)
+        session.judge_candidate(number, confirmed=verdict.confirmed, who=verdict.who)
         return RequestTaken()
 
     @router.post("/doubt", summary="Show a question", responses=_BODY)
     def doubt(request: DoubtRequest) -> DoubtShown:
         """Show people, in the log and by the base's song, that a question waits for an answer."""
-        session.show(Feedback.DOUBT)
+        session.robot.show(Feedback.DOUBT)
         session.log.write("doubt", request.question)
         return DoubtShown()
 
@@ -149,7 +139,7 @@ def task_router(session: OperatorSession) -> APIRouter:
 
         The base's mode in the state shows whether it does.
         """
-        session.resume_base()
+        session.robot.resume_base()
         session.log.write("resume", "somebody asked the base to obey again")
         return RequestTaken()
 
@@ -161,10 +151,7 @@ def stop_router(session: OperatorSession) -> APIRouter:
     router = APIRouter(tags=["tasks"])
 
     @router.post(
-        "/stop",
-        summary="Stop the robot",
-        responses=error_responses(403),
-        openapi_extra=_STOP_BODY,
+        "/stop", summary="Stop the robot", responses=error_responses(403), openapi_extra=_STOP_BODY
     )
     async def stop(request: Request) -> StopAnswer:
         """Stop now; all tasks are called off. Works for everyone, at any time.

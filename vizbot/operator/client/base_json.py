@@ -30,10 +30,6 @@ def base_report(state: BaseState) -> dict[str, object]:
 def base_state_of(report: Mapping[str, Any], stamp: float) -> BaseState:
     """The state of the base from its JSON, which has no odometry: that stays at the origin.
 
-    Args:
-        report: As `base_report` made it.
-        stamp: When it came [s].
-
     Raises:
         KeyError: a field is missing.
     """

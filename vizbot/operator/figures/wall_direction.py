@@ -90,7 +90,6 @@ class MapTurn:
     """
 
     def __init__(self) -> None:
-        """Begin with a map that is not turned."""
         self._lock = threading.Lock()
         self._map = -1
         self._grid: OccupancyGrid | None = None

@@ -38,6 +38,7 @@ from vizbot.operator.language.step_splitter import (
     MOST_STEPS,
     SentenceStep,
     StepSplitter,
+    by_word,
     either,
     tidy,
 )
@@ -65,41 +66,20 @@ class ClauseReader:
         wording: Wording,
         goals: GoalReader,
     ) -> None:
-        """Take over a language.
-
-        Args:
-            language: As its file has it.
-            maker: Of its rules.
-            splitter: Cuts a clause into steps.
-            reader: Reads these.
-            wording: Of the same language.
-            goals: Reads its goals.
-
-        Raises:
-            KeyError: it lacks something.
-            ValueError: a pattern of it is none.
-        """
         remarks = language["remarks"]
-        verbs = either({*language["imperatives"].values()})
+        verbs = either(language["imperatives"])
         marker, pause = maker.part("corrections"), maker.part("pauses")
         contrast = maker.part("contrasts")
         self._splitter, self._reader = splitter, reader
         self._wording, self._goals = wording, goals
-        self._looking = maker.rules({"look": remarks["looking"]})
-        self._pointing = maker.rules({"go": remarks["pointing"]})
-        self._joining = maker.rules({"go": remarks["joining"]})
-        self._leaving = maker.rules({"leave": remarks["leaving"]})
-        self._insisting = maker.rules({"said": remarks["insisting"]})
-        self._rather = maker.rules({"go": remarks["rather"]})
-        self._whereabouts = maker.rules({"where": remarks["whereabouts"]})
+        names = (
+            "around", "denials", "insisting", "joining", "leaving", "looking", "pointing", "rather",
+            "reminders", "sparing", "ways", "whereabouts",
+        )  # fmt: skip
+        self._rules = {name: maker.rules({name: remarks[name]}) for name in names}
         self._going = language["sentences"]["go_to"].format(goals="").strip()
-        self._told = maker.rules({"remark": remarks["ways"]})
-        self._reminders = maker.rules({"reminder": remarks["reminders"]})
-        self._sparing = maker.rules({"spared": remarks["sparing"]})
-        self._around = maker.rules({"around": remarks["around"]})
-        self._denials = maker.rules({"denial": remarks["denials"]})
         self._condition = re.compile(rf"(?:{either(language['words']['conditions'])})\b")
-        self._amount = re.compile(rf"\d|\b(?:{either(language['units'])})\b")
+        self._amount = re.compile(rf"\d|\b(?:{either(by_word(language['units']))})\b")
         self._retracts = re.compile(rf"\b(?:{either(remarks['retracts'])})\b")
         self._backwards = re.compile(rf"\b(?:{either(remarks['backwards'])})\b")
         requests = rf"{maker.part('requests')}(?= |$)"
@@ -149,13 +129,13 @@ class ClauseReader:
         lost, missed, cancels = list[str](), list[str](), False
         clauses = self._clauses(polished, literals)
         replaced = any(map(self._replaces.search, clauses))
-        insists = any(is_read(clause, self._insisting) for clause in clauses)
+        insists = any(self._reads("insisting", clause) for clause in clauses)
         for clause in clauses if len(clauses) <= MOST_STEPS else []:
             steps = self._splitter.steps(clause)
             command = self._reader.command(steps[0], literals) if len(steps) == 1 else None
-            if is_read(clause, self._reminders) or (cancels and is_read(clause, self._sparing)):
+            if self._reads("reminders", clause) or (cancels and self._reads("sparing", clause)):
                 continue
-            if (said := next(readings([clause], self._insisting), None)) is not None:
+            if (said := next(readings([clause], self._rules["insisting"]), None)) is not None:
                 goal = slot(said[1], "goal")
                 if not goal:
                     continue  # "not the bed, the sofa I said"
@@ -203,11 +183,11 @@ class ClauseReader:
         name = self._goals.first_name(told_of)
         if self._goals.mentions(told_of.replace(name, ",")):
             name = ""
-        here = [slot(found, "goal") for _, found in readings(told, self._whereabouts)]
+        here = [slot(found, "goal") for _, found in readings(told, self._rules["whereabouts"])]
         place = self._goals.first_name(here[0]) if len(here) == 1 else ""
-        if name and not questions and self._all_read(asked, self._pointing):
+        if name and not questions and self._all_read(asked, self._rules["pointing"]):
             asked = [f"{self._going} {name}"]
-        if place and not questions and self._all_read(asked, self._joining):
+        if place and not questions and self._all_read(asked, self._rules["joining"]):
             asked = [f"{self._going} {place}"]
         remains = ", ".join(asked or questions or lost)
         return remains, name
@@ -238,23 +218,27 @@ class ClauseReader:
 
     def _tells(self, clause: str) -> bool:
         """Whether a clause may tell something of a thing that stands alone: "he is hungry"."""
-        if is_read(clause, self._around):
+        if self._reads("around", clause):
             return False
         return self._backwards.search(clause) is not None or self._goals.mentions(clause)
 
+    def _reads(self, name: str, clause: str) -> bool:
+        """Whether one of the patterns of remarks of this name reads a clause."""
+        return is_read(clause, self._rules[name])
+
     def denies(self, clause: str) -> bool:
         """Whether a clause takes back all that was said before it."""
-        return is_read(clause, self._denials)
+        return self._reads("denials", clause)
 
     def only_looks(self, step: SentenceStep) -> bool:
         """Whether a step asks for no more than to look where the one before it leads."""
-        return is_read(step.whole, self._looking)
+        return self._reads("looking", step.whole)
 
     def only_leaves(self, step: SentenceStep) -> bool:
         """Whether a step asks to leave a known thing where and as it is."""
         return any(
             self._goals.knows(self._goals.without_article(slot(found, "goal")))
-            for _, found in readings([step.whole], self._leaving)
+            for _, found in readings([step.whole], self._rules["leaving"])
         )
 
     def corrects(self, clause: str) -> bool:
@@ -304,14 +288,8 @@ class ClauseReader:
         return [*parts, clause[begin:].strip()]
 
     def _is_complete(self, words: str, literals: Sequence[str], *, order: bool) -> bool:
-        """Whether another clause may follow words without a pause, since they say something.
-
-        Args:
-            words: They begin the clause.
-            literals: What each mark in them stands for.
-            order: Whether an order follows.
-        """
-        if is_read(words, self._reminders):
+        """Whether another clause may follow words without a pause, since they say something."""
+        if self._reads("reminders", words):
             return True
         steps = self._splitter.steps(words)
         ends = {said.rpartition(" ")[2] for said in (words, *(step.words for step in steps))}
@@ -337,7 +315,7 @@ class ClauseReader:
     def _only_tells(self, clause: str) -> bool:
         """Whether a clause without a command asks for nothing."""
         ways = [way for step in self._splitter.steps(clause) for way in (step.whole, *step.ways)]
-        told = next(readings(ways[:_MOST_VERBS], self._told), None) is not None
+        told = next(readings(ways[:_MOST_VERBS], self._rules["ways"]), None) is not None
         if told or self.denies(clause) or self._wording.is_idle(clause):
             return True
         order = self._wording.begins_order(clause) or self._wording.forbids(clause)
@@ -355,7 +333,7 @@ class ClauseReader:
 
     def _without_contrast(self, clause: str, literals: Sequence[str]) -> str | None:
         """A clause without the goal that it does not mean; None where it names none."""
-        if (read := next(readings([clause], self._rather), None)) is not None:
+        if (read := next(readings([clause], self._rules["rather"]), None)) is not None:
             goals = list(read[1].groups())
             return goals[-1] if all(self._goes(goal, literals) for goal in goals) else None
         if (found := self._contrast.fullmatch(f" {clause}")) is None:

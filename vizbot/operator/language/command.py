@@ -8,8 +8,7 @@ from enum import Enum
 from itertools import chain
 from typing import TypeAlias, cast
 
-from vizbot.behaviours.short_move import ShortMove
-from vizbot.objectnav.tasks import Task
+from vizbot.objectnav.tasks import ShortMove, Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,11 +28,7 @@ class Dock:
 
 @dataclass(frozen=True, slots=True)
 class Explore:
-    """Drive until nothing is left to see.
-
-    Attributes:
-        after: What to do then; None: stay there.
-    """
+    """Drive until nothing is left to see, then do what comes `after`; None: stay there."""
 
     after: Mission | None = None
 
@@ -53,33 +48,21 @@ class GoTo:
 
 @dataclass(frozen=True, slots=True)
 class WhereIs:
-    """Say where something is, and stay.
-
-    Attributes:
-        goal: What is asked for.
-    """
+    """Say where `goal` is, and stay."""
 
     goal: str
 
 
 @dataclass(frozen=True, slots=True)
 class HowMany:
-    """Say how many of a kind were seen so far.
-
-    Attributes:
-        goal: What is asked for, as said: often a plural.
-    """
+    """Say how many of `goal`, as said: often a plural, were seen so far."""
 
     goal: str
 
 
 @dataclass(frozen=True, slots=True)
 class All:
-    """Go to everything of a kind.
-
-    Attributes:
-        goal: What is asked for, as said: often a plural.
-    """
+    """Go to everything that is a `goal`, as said: often a plural."""
 
     goal: str
 
@@ -99,11 +82,7 @@ class Cancel:
 
 @dataclass(frozen=True, slots=True)
 class KeepOut:
-    """Enter a room no more.
-
-    Attributes:
-        goal: The room, or a thing to stay away from.
-    """
+    """Enter `goal`, a room, no more, or stay away from it, a thing."""
 
     goal: str
 
@@ -138,11 +117,7 @@ class Topic(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """Say something about yourself, and stay.
-
-    Attributes:
-        topic: What.
-    """
+    """Say something about yourself, and stay."""
 
     topic: Topic
 
@@ -172,11 +147,7 @@ class Reason(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Decline:
-    """Do nothing, and say why.
-
-    Attributes:
-        reason: Why.
-    """
+    """Do nothing, and say why."""
 
     reason: Reason
 

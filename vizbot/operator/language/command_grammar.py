@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -47,9 +47,8 @@ from vizbot.operator.language.command import (
 )
 from vizbot.operator.language.goal_reader import GoalReader, literal_mark, without_marks
 from vizbot.operator.language.numeral import digits_of
-from vizbot.operator.language.sentence_kinds import ALONE
+from vizbot.operator.language.sentence_kinds import ALONE, SentenceWriter
 from vizbot.operator.language.sentence_rules import RuleMaker, readings
-from vizbot.operator.language.sentence_writer import SentenceWriter
 from vizbot.operator.language.step_reader import StepReader
 from vizbot.operator.language.step_splitter import (
     SentenceStep,
@@ -75,6 +74,23 @@ class SentenceTooLongError(ConfigError):
     """A line is longer than any sentence that is read."""
 
 
+@dataclass(frozen=True, slots=True)
+class TypedLine:
+    """What a typed line says.
+
+    Attributes:
+        command: The command in it; None if there is none.
+        literals: Its parts in quotes, which are taken literally.
+        at_once: Whether it says that the running task must give way: "right now", "instead".
+        alone: Whether its goals stand without a command around them.
+    """
+
+    command: Command | None
+    literals: tuple[str, ...]
+    at_once: bool
+    alone: bool
+
+
 class Grammar:
     """Reads the sentences of one language.
 
@@ -89,7 +105,7 @@ class Grammar:
         is_name: Callable[[str], bool],
         knows: Callable[[str], bool],
     ) -> None:
-        """Take over a language; `StepReader` says more of its arguments.
+        """Take over a language.
 
         Args:
             language: As its file has it.
@@ -97,7 +113,7 @@ class Grammar:
             knows: Whether the robot knows every word of a goal.
 
         Raises:
-            KeyError: it lacks something.
+            KeyError: the language lacks something.
             ValueError: a pattern of it is none.
         """
         words = language["words"]
@@ -135,8 +151,8 @@ class Grammar:
         line = normal_text(line)
         return _readable(self._or_stop(self._parse(line, (), False), line, ()), unread)
 
-    def typed(self, line: str) -> Command | None:
-        """The command in a line that was typed to the robot; None if there is none.
+    def read(self, line: str) -> TypedLine:
+        """What a line says that was typed to the robot.
 
         A thing that stands alone is a goal, in the very words that were typed. Words in quotes are
         taken literally.
@@ -144,8 +160,28 @@ class Grammar:
         Raises:
             SentenceTooLongError: the line is longer than `MOST_WORDS` or `MOST_LETTERS`.
         """
-        marked, literals, unread = self._without_literals(line)
-        return _readable(self._typed(marked, literals, quoted=bool(_QUOTE.search(line))), unread)
+        marked, literals, unread, quoted = self._without_literals(line)
+        asked, command = self._commands(marked, literals, unread, quoted)
+        ordered = self.heard(line) if quoted else self._or_stop(asked, marked, literals)
+        return TypedLine(command, literals, self._gives_way(marked), alone=ordered is None)
+
+    def typed(self, line: str) -> Command | None:
+        """The command in a typed line, as `read` has it; None if there is none."""
+        return self._commands(*self._without_literals(line))[1]
+
+    def _commands(
+        self, marked: str, literals: tuple[str, ...], unread: bool, quoted: bool
+    ) -> tuple[Command | None, Command | None]:
+        """What a typed line asks for: where a goal needs words before it, and where it does not."""
+        asked = command = self._parse(marked, literals, False)
+        if not self._is_plain(asked, literals):
+            bare = self._parse(marked, literals, True)
+            command = bare if self._is_plain(bare, literals) or asked is None else asked
+            command = self._or_stop(command, marked, literals)
+            whole = self._goals.without_article(tidy(plain(marked)).replace(",", ""))
+            if command == GoTo((whole,)) and not quoted:
+                command = GoTo((marked.strip(" .,;:!?"),))
+        return asked, _readable(command, unread)
 
     def is_stop(self, line: str) -> bool:
         """Whether a line is a stop of a few words: that is told without reading a long one."""
@@ -154,19 +190,6 @@ class Grammar:
             return False
         said = _REPEATED.sub(r"\1", " ".join(words))
         return len(said) <= _STOP_LETTERS and isinstance(self.typed(said), Stop)
-
-    def _typed(self, marked: str, literals: Sequence[str], *, quoted: bool) -> Command | None:
-        """The command in a line in which marks stand for its literals."""
-        command = self._parse(marked, tuple(literals), False)
-        if self._is_plain(command, literals):
-            return command
-        with_bare = self._parse(marked, tuple(literals), True)
-        command = with_bare if self._is_plain(with_bare, literals) or command is None else command
-        command = self._or_stop(command, marked, literals)
-        whole = self._goals.without_article(tidy(plain(marked)).replace(",", ""))
-        if command == GoTo((whole,)) and not quoted:
-            return GoTo((marked.strip(" .,;:!?"),))
-        return command
 
     def forget(self) -> None:
         """Forget what was read before, as where reading is timed."""
@@ -211,20 +234,22 @@ class Grammar:
 
     def is_urgent(self, line: str) -> bool:
         """Whether a line says that the running task must give way: "right now", "instead"."""
-        line, *_ = self._without_literals(line)
-        steps = self._splitter.steps(self._splitter.polished(line))
-        return self._splitter.is_at_once(line) or any(
-            self._now.search(step.around) for step in steps
-        )
+        return self._gives_way(self._without_literals(line)[0])
+
+    def _gives_way(self, marked: str) -> bool:
+        steps = self._splitter.steps(self._splitter.polished(marked))
+        at_once = self._splitter.is_at_once(marked)
+        return at_once or any(self._now.search(step.around) for step in steps)
 
     def without_article(self, goal: str) -> str:
         """A goal without the articles before it."""
         return self._goals.without_article(goal.casefold())
 
-    def _without_literals(self, line: str) -> tuple[str, Sequence[str], bool]:
-        """The line with a mark in place of each part in quotes, these parts, and a doubt.
+    def _without_literals(self, line: str) -> tuple[str, tuple[str, ...], bool, bool]:
+        """The line with a mark in place of each part in quotes, these parts, and two doubts.
 
-        It is normal text, with its numbers in digits; the doubt is whether one cannot be read.
+        It is normal text, with its numbers in digits; the doubts are whether one cannot be read,
+        and whether there are quotes in it.
 
         A stop alone is no literal: it must not be missed because somebody puts it in quotes.
         """
@@ -239,16 +264,10 @@ class Grammar:
 
         require_length(line)
         marked, unread = digits_of(_LITERAL.sub(mark, seen_text(without_marks(line))))
-        return normal_text(marked), literals, unread
+        return normal_text(marked), tuple(literals), unread, bool(_QUOTE.search(line))
 
     def _parsed(self, line: str, literals: tuple[str, ...], bare: bool) -> Command | None:
-        """The command in a line.
-
-        Args:
-            line: With marks in place of its literals.
-            literals: What each mark stands for.
-            bare: A goal needs no words before it.
-        """
+        """The command in a line with marks for its literals; `bare`: a goal may stand alone."""
         if self._stop.search(plain(line).replace(",", " , ")):
             return Stop()
         polished = self._splitter.polished(line)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import hypot
 
-from vizbot.behaviours.short_move import FARTHEST, ShortMove
 from vizbot.core.home_vocabulary import ROOMS
 from vizbot.core.observer import Outcome
 from vizbot.core.types import Charging, Tracking
-from vizbot.objectnav.tasks import Task, Waypoint
+from vizbot.objectnav.tasks import FARTHEST, ShortMove, Task, Waypoint
 from vizbot.operator.language.command import (
     All,
     Ask,
@@ -34,10 +33,10 @@ from vizbot.operator.language.command import (
 )
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.language.lexicon import singulars
-from vizbot.operator.session.approached_candidate import ApproachedCandidate
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_queue import QueuedTask
+from vizbot.operator.session.verdicts import ApproachedCandidate
 
 _CHARGES = (Charging.RECONDITIONING, Charging.FULL_CHARGING, Charging.TRICKLE)
 _COMMANDS: Mapping[Task, Mission] = {
@@ -80,6 +79,7 @@ class Dispatcher:
         self._session = session
         self._live_map = live_map
         self._language = language
+        self._say, self._own = language.say, language.lexicon.own
 
     def obey(
         self, command: Command, who: str, *, at_once: bool = False, stops: int | None = None
@@ -96,7 +96,7 @@ class Dispatcher:
         Raises:
             VizbotError: too much is asked for, the robot was stopped since, or it is too busy.
         """
-        say = self._language.say
+        say = self._say
         match command:
             case Stop():
                 self._session.stop(who)
@@ -138,23 +138,23 @@ class Dispatcher:
         tasks = self._session.ask(task_requests(command), at_once=at_once, stops=stops)
         numbers = tuple(task.number for task in tasks)
         if isinstance(command, All):
-            said = self._language.say("asked_all", goal=self._own(command.goal))
-            return Reply((said, self._language.say("one_of_all")), numbers=numbers)
+            said = self._say("asked_all", goal=self._own(command.goal))
+            return Reply((said, self._say("one_of_all")), numbers=numbers)
         text = self._language.grammar.text(command, at_once, own=self._own)
-        return Reply((self._language.say("asked", text=text),), numbers=numbers)
+        return Reply((self._say("asked", text=text),), numbers=numbers)
 
     def _judged(self, confirmed: bool, who: str) -> Reply:
         """What is said after an arrival answers whether that is it."""
         tasks = self._session.judge(confirmed=confirmed, who=who)
-        said = tuple(self._language.say("searching_on", goal=self._name(task)) for task in tasks)
+        said = tuple(self._say("searching_on", goal=self._name(task)) for task in tasks)
         numbers = tuple(task.number for task in tasks)
-        return Reply(said or (self._language.say("confirmed"),), numbers=numbers)
+        return Reply(said or (self._say("confirmed"),), numbers=numbers)
 
     def _judged_candidate(self, candidate: ApproachedCandidate, confirmed: bool, who: str) -> Reply:
         """What is said while the robot goes up to something answers whether to go there."""
         self._session.judge_candidate(candidate.number, confirmed=confirmed, who=who)
         answer = "going_there" if confirmed else "searching_on"
-        return Reply((self._language.say(answer, goal=candidate.goal),))
+        return Reply((self._say(answer, goal=candidate.goal),))
 
     def _where(self, goal: str) -> Reply:
         answer = self._live_map.places(goal)
@@ -166,13 +166,13 @@ class Dispatcher:
     def _how_many(self, goal: str) -> str:
         count = self._live_map.count(goal)
         answer = {0: "how_many_none", 1: "how_many_one"}.get(count, "how_many")
-        return self._language.say(answer, goal=self._own(goal), count=count)
+        return self._say(answer, goal=self._own(goal), count=count)
 
     def _cancelled(self, goal: str, who: str) -> str:
         called_off = self._session.call_off(self._same_goals(goal), who)
         if not called_off:
-            return self._language.say("cancelled_none", goal=self._own(goal))
-        return self._language.say("cancelled", goals=", ".join(map(self._own, called_off)))
+            return self._say("cancelled_none", goal=self._own(goal))
+        return self._say("cancelled", goals=", ".join(map(self._own, called_off)))
 
     def _same_goals(self, goal: str) -> list[str]:
         """The texts in the queue that mean the same as a goal."""
@@ -187,27 +187,23 @@ class Dispatcher:
     def _kept_out(self, goal: str) -> str:
         size = self._live_map.keep_out_of(goal)
         if size is None:
-            return self._language.say("kept_out_none", goal=self._own(goal))
+            return self._say("kept_out_none", goal=self._own(goal))
         width, depth = size
-        return self._language.say("kept_out", goal=self._own(goal), width=width, depth=depth)
+        return self._say("kept_out", goal=self._own(goal), width=width, depth=depth)
 
     def _going_on(self) -> str:
         waiting, asked = self._to_do(), self._session.question is not None
         if not (waiting or asked):
-            return self._language.say("going_on_none")
+            return self._say("going_on_none")
         self._session.go_on()
         if asked:
-            return self._language.say("going_on_asked")
-        return self._language.say("going_on", goal=waiting[0])
+            return self._say("going_on_asked")
+        return self._say("going_on", goal=waiting[0])
 
     def _to_do(self) -> Sequence[str]:
         """The tasks that are not over: the running one first."""
         tasks = self._session.queue.tasks()
         return [self._name(task) for task in tasks if task.outcome is None and not task.called_off]
-
-    def _own(self, goal: str) -> str:
-        """What people call a goal of the encoder's."""
-        return self._language.lexicon.own(goal)
 
     def _name(self, task: QueuedTask) -> str:
         """What people call a task."""
@@ -215,69 +211,65 @@ class Dispatcher:
             case str():
                 return self._own(task.request)
             case Waypoint(x, y):
-                return self._language.say("a_place", x=x, y=y)
+                return self._say("a_place", x=x, y=y)
             case ShortMove():
                 return self._language.grammar.text(Move((task.request,)))
             case Task.FIND_PLACE:
-                return self._language.say("own_place")
+                return self._say("own_place")
         return self._language.grammar.text(_COMMANDS[task.request])
 
     def _about(self, topic: Topic) -> str:
-        match topic:
-            case Topic.HELP:
-                return self._language.say("help")
-            case Topic.BATTERY:
-                return self._battery()
-            case Topic.PLACE:
-                return self._place()
-            case Topic.SIGHT:
-                return self._sight()
-            case Topic.TASK:
-                return self._task()
+        about: Mapping[Topic, Callable[[], str]] = {
+            Topic.BATTERY: self._battery,
+            Topic.PLACE: self._place,
+            Topic.SIGHT: self._sight,
+            Topic.TASK: self._task,
+        }
+        return self._say("help") if topic is Topic.HELP else about[topic]()
 
     def _battery(self) -> str:
-        state = self._session.battery_state()
+        state = self._session.robot.battery_state()
         if state is None or state.battery is None:
-            return self._language.say("battery_unknown")
+            return self._say("battery_unknown")
         charges = state.charging in _CHARGES
         answer = "battery_charging" if charges else "battery"
-        return self._language.say(answer, percent=100 * state.battery)
+        return self._say(answer, percent=100 * state.battery)
 
     def _place(self) -> str:
         step = self._session.newest_step()
         if step is None:
-            return self._language.say("place_unknown")
+            return self._say("place_unknown")
         if step.estimate.tracking is Tracking.LOST:
             waits = self._session.stopped.is_set() or self._session.lease.holder is not None
             looks = bool(self._to_do()) and not waits
-            return self._language.say("place_lost" if looks else "place_lost_idle")
+            return self._say("place_lost" if looks else "place_lost_idle")
         x, y = map(float, step.T_map_base[:2, 3])
-        place = self._language.say("place", distance=hypot(x, y), x=x, y=y)
+        place = self._say("place", distance=hypot(x, y), x=x, y=y)
         room = next((name for name in self._live_map.in_view() if name in ROOMS), None)
         if room is None:
             return place
-        return self._language.say("place_room", place=place, room=self._own(room))
+        return self._say("place_room", place=place, room=self._own(room))
 
     def _sight(self) -> str:
         names = map(self._own, self._live_map.in_view()[:_MOST_NAMES])
         seen = ", ".join(names)
-        return self._language.say("sight" if seen else "sight_none", names=seen)
+        return self._say("sight" if seen else "sight_none", names=seen)
 
     def _task(self) -> str:
         if (who := self._session.lease.holder) is not None:
-            return self._language.say("by_hand", who=who)
+            return self._say("by_hand", who=who)
         if self._session.stopped.is_set():
-            return self._language.say("task_resting")
+            return self._say("task_resting")
         if (question := self._session.question) is not None:
             return self._language.doing(question.text)
         if not (to_do := self._to_do()):
-            return self._language.say("task_idle")
+            return self._say("task_idle")
         running, *waiting = to_do
         step = self._session.newest_step()
         activity = self._language.doing("starting" if step is None else step.activity)
-        task = self._language.say("task_running", activity=activity, goal=running)
+        task = self._say("task_running", activity=activity, goal=running)
         if step is not None and step.why:
-            task = self._language.say("task_why", task=task, why=self._language.doing(step.why))
+            task = self._say("task_why", task=task, why=self._language.doing(step.why))
         if not waiting:
             return task
-        return self._language.say("task_waiting", task=task, waiting=", ".join(waiting))
+        return self._say("task_waiting", task=task, waiting=", ".join(waiting))

@@ -38,8 +38,12 @@ class GoalReader:
     """Reads the goals of one language.
 
     Attributes:
-        is_name: Whether words are the name of a thing or room, and nothing besides.
+        is_name: Whether words are the name of a thing or room, and nothing besides: "plant" and
+            "water cooler" are, which begin like something that no robot can do.
         knows: Whether the robot knows every word of a goal.
+        before_tail: The known goal that words begin with, the rest of which only tells something,
+            "kitchen so that I can film you"; empty without one, as for "kitchen when I say so".
+            With `bare`, no order stands before the words.
     """
 
     def __init__(
@@ -50,21 +54,8 @@ class GoalReader:
         is_name: Callable[[str], bool],
         knows: Callable[[str], bool],
     ) -> None:
-        """Take over a language.
-
-        Args:
-            language: As its file has it.
-            part: Makes the regular expression of a part of its patterns, by the part's name.
-            wording: Of the same language.
-            is_name: Whether words are the name of a thing or room: "plant" and "water cooler" are,
-                which begin like something that no robot can do.
-            knows: Whether the robot knows every word of a goal.
-
-        Raises:
-            KeyError: it lacks something.
-        """
         words = language["words"]
-        self._before_tails = lru_cache(_KEPT)(self._before_tail)  # many rules read the same goal
+        self.before_tail = lru_cache(_KEPT)(self._before_tail)  # many rules read the same goal
         self.is_name, self.knows = is_name, knows
         self._wording = wording
         self._pronouns = {word.casefold() for word in words["pronouns"]}
@@ -144,22 +135,11 @@ class GoalReader:
                     return "" if self.is_towards(name) else name
         return ""
 
-    def before_tail(self, words: str, *, bare: bool = False) -> str:
-        """The known goal that some words begin with, the rest of which only tells something.
-
-        Empty without one, as for "kitchen when I say so": "kitchen so that I can film you".
-
-        Args:
-            words: They stand for a goal.
-            bare: Whether no order stands before them.
-        """
-        return self._before_tails(words, bare)
-
     def forget(self) -> None:
         """Forget the goals that are kept, as where reading is timed."""
-        self._before_tails.cache_clear()
+        self.before_tail.cache_clear()
 
-    def _before_tail(self, words: str, bare: bool) -> str:
+    def _before_tail(self, words: str, bare: bool = False) -> str:
         tails = self._bare_tail if bare else self._tail
         for found in tails.finditer(words[:_LONGEST_GOAL]):
             goal, tail = self.without_article(words[: found.start()]), words[found.start() :]

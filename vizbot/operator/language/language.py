@@ -15,8 +15,8 @@ from vizbot.core.home_vocabulary import ROOMS
 from vizbot.core.observer import CLAUSE_JOINT
 from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.lexicon import Lexicon, english_lexicon, translating_lexicon
+from vizbot.operator.language.phrase_grammar import Phrasing
 from vizbot.operator.language.step_splitter import either
-from vizbot.operator.voice.phrase_grammar import Phrasing
 
 _OF_ENCODERS = "en"
 """The language that encoders know."""
@@ -63,12 +63,7 @@ class Language:
         return goal, ""
 
     def say(self, answer: str, **fields: object) -> str:
-        """What the robot says.
-
-        Args:
-            answer: Which of the answers.
-            fields: What stands in its places.
-        """
+        """What the robot says."""
         return self.answers[answer].format(**fields)
 
     def doing(self, text: str) -> str:

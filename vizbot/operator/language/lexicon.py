@@ -202,7 +202,7 @@ def english_lexicon(
         names: For each name of the encoder's, more words for it, between bars.
         small: `keep` lists words that may stand beside a name, `dropped` those of these that are
             left out, `things` what names any thing, and `untrained` what only other encoders know.
-        unread: Words that are left out beside a name, which is said.
+        unread: As for `Lexicon`.
     """
     others = {word: name for group in (SYNONYMS, ROOMS) for name, them in group.items()
               for word in them}  # fmt: skip

@@ -1,11 +1,14 @@
-"""The kinds of sentences that a language has patterns for, and the commands that they stand for."""
+"""The kinds of sentences that a language has patterns for, and the commands that they stand for.
+
+Commands are written as sentences that the grammar of the same language reads as these commands.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from math import pi
+from collections.abc import Collection, Mapping
+from math import degrees, pi
 
-from vizbot.behaviours.short_move import ShortMove
+from vizbot.objectnav.tasks import ShortMove
 from vizbot.operator.language.command import (
     All,
     Ask,
@@ -16,6 +19,7 @@ from vizbot.operator.language.command import (
     Dock,
     Explore,
     GoOn,
+    GoTo,
     HowMany,
     KeepOut,
     Move,
@@ -68,3 +72,59 @@ ALONE: Mapping[str, Command] = {
     **{kind: Ask(topic) for topic, kind in TOPICS.items()},
 }
 """Kinds that need no further words."""
+
+
+class SentenceWriter:
+    """Writes the sentences of one language."""
+
+    def __init__(self, sentences: Mapping[str, str]) -> None:
+        self._sentences = sentences
+
+    def urgent(self, text: str) -> str:
+        """The same sentence, for which the running task has to give way."""
+        return self._sentences["at_once"].format(text=text)
+
+    def text(self, command: Command, quoted: Collection[str], goal_format: str) -> str:
+        """One sentence for a command.
+
+        Args:
+            command: What it asks for.
+            quoted: Goals that stand in quotes.
+            goal_format: How other goals stand, "{}" or the same in quotes.
+        """
+
+        def named(goal: str) -> str:
+            return ('"{}"' if goal in quoted else goal_format).format(goal)
+
+        match command:
+            case GoTo(goals, after):
+                steps = self._in_turn([*map(named, goals)], after, quoted, goal_format)
+                return self._sentences["go_to"].format(goals=steps)
+            case Cancel(goal, after):
+                cancelled = self._sentences["cancel"].format(goal=named(goal))
+                return self._in_turn([cancelled], after, quoted, goal_format)
+            case Explore(after):
+                return self._in_turn([self._sentences["explore"]], after, quoted, goal_format)
+            case Move(moves, after):
+                return self._in_turn([*map(self._move_text, moves)], after, quoted, goal_format)
+            case Ask(topic):
+                return self._sentences[TOPICS[topic]]
+            case Decline(reason):
+                return self._sentences[reason.value]
+        for kind, about in ABOUT.items():
+            if isinstance(command, about):
+                return self._sentences[kind].format(goal=named(command.goal))
+        kind = next(kind for kind, alone in ALONE.items() if alone == command)
+        return self._sentences[kind]
+
+    def _in_turn(
+        self, steps: list[str], after: Command | None, quoted: Collection[str], goal_format: str
+    ) -> str:
+        last = [] if after is None else [self.text(after, quoted, goal_format)]
+        return self._sentences["join"].join([*steps, *last])
+
+    def _move_text(self, move: ShortMove) -> str:
+        if move.turn:
+            kind = "turn_left" if move.turn > 0.0 else "turn_right"
+            return self._sentences[kind].format(number=f"{degrees(abs(move.turn)):g}")
+        return self._sentences["forward"].format(number=f"{move.forward:g}")

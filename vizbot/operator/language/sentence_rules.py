@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 from vizbot.operator.language.notation import Pattern, read_pattern
+from vizbot.operator.language.step_splitter import by_word
 
 _KEPT = 4096
 """First words whose rules are kept."""
@@ -65,21 +66,12 @@ class RuleMaker:
     """Makes the rules of one language, and reads the numbers in what they have read."""
 
     def __init__(self, language: Mapping[str, Any]) -> None:
-        """Take over a language, as its file has it.
-
-        Raises:
-            KeyError: it lacks something.
-        """
-        numbers, units = language["numbers"], language["units"]
-        self._numbers = {word.casefold(): float(value) for word, value in numbers.items()}
-        self._units = {word.casefold(): float(value) for word, value in units.items()}
+        self._numbers = {word: float(n) for word, n in by_word(language["numbers"]).items()}
+        self._units = {word: float(n) for word, n in by_word(language["units"]).items()}
         self._parts = {**language["parts"], "going": language["going"]["ways"]}
 
     def rules(self, patterns: Mapping[str, Sequence[str]]) -> tuple[SentenceRule, ...]:
         """The rules of some patterns.
-
-        Args:
-            patterns: In the notation, for each kind.
 
         Raises:
             ValueError: one is none.

@@ -8,7 +8,7 @@ from functools import lru_cache
 from math import pi, radians
 from typing import Any
 
-from vizbot.behaviours.short_move import FARTHEST, ShortMove
+from vizbot.objectnav.tasks import FARTHEST, ShortMove
 from vizbot.operator.language.command import (
     Ask,
     Command,
@@ -44,18 +44,6 @@ class StepReader:
     def __init__(
         self, language: Mapping[str, Any], maker: RuleMaker, wording: Wording, goals: GoalReader
     ) -> None:
-        """Take over a language.
-
-        Args:
-            language: As its file has it.
-            maker: Of its rules.
-            wording: Of the same language.
-            goals: Reads its goals.
-
-        Raises:
-            KeyError: it lacks something.
-            ValueError: a pattern of it is none.
-        """
         cannot = language["cannot"]
         able = f"({cannot['verbs']}) [{{rest}}]"
         self._maker, self._wording, self._goals = maker, wording, goals
@@ -71,13 +59,7 @@ class StepReader:
     def command(
         self, step: SentenceStep, literals: Sequence[str] = (), *, bare: bool = False
     ) -> Command | None:
-        """The command of one step; None if it is none.
-
-        Args:
-            step: The step.
-            literals: What each mark in it stands for.
-            bare: Whether a goal needs no words before it.
-        """
+        """The command of one step; None if it is none. With `bare`, a goal may stand alone."""
         return self._commands(step, tuple(literals), bare)
 
     def forget(self) -> None:

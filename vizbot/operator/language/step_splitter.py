@@ -50,29 +50,25 @@ class SentenceStep:
 
 
 class StepSplitter:
-    """Cuts the lines of one language into steps."""
+    """Cuts the lines of one language into steps.
+
+    Attributes:
+        polished: The line, as it was said or typed, in plain words, with a comma wherever a
+            sentence has a pause; with `asking`, "please" before an order makes a pause, too.
+        steps: The steps of a polished line; none where it has too many of them.
+    """
 
     def __init__(self, language: Mapping[str, Any], part: Callable[[str], str]) -> None:
-        """Take over a language.
-
-        Args:
-            language: As its file has it.
-            part: Makes the regular expression of a part of its patterns, by the part's name.
-
-        Raises:
-            KeyError: it lacks something.
-        """
+        """Take over a language; `part` makes the regular expression of a part of its patterns."""
         # A sentence's clauses are cut over and over, and it is polished for each way to read it.
-        self._steps = lru_cache(_KEPT)(self._cut)
-        self._polish = lru_cache(_KEPT)(self._polished)
+        self.steps = lru_cache(_KEPT)(self._cut)
+        self.polished = lru_cache(_KEPT)(self._polished)
         self._righted = lru_cache(_KEPT)(self._right)
         words = language["words"]
         self._and, self._then = words["and"][0], words["then"][0]
-        self._forms = {
-            word.casefold(): other
-            for word, other in (*language["spellings"].items(), *language["imperatives"].items())
-        }
-        spellings, imperatives = either(language["spellings"]), either(language["imperatives"])
+        spelt, verbal_forms = by_word(language["spellings"]), by_word(language["imperatives"])
+        self._forms = {**spelt, **verbal_forms}
+        spellings, imperatives = either(spelt), either(verbal_forms)
         self._function_words = tuple(words["function_words"])
         self._no_slips = {*self._function_words, *words["no_slips"]}
         self._misspelt = re.compile(rf"(?<![\w'-])(?:{spellings})(?![\w'-])")
@@ -82,10 +78,10 @@ class StepSplitter:
         self._contracted = re.compile(
             rf"(?:(?P<noun>(?:^|, ){noun})s|(?<=\w)'s)(?= (?:{either(words['after_is'])})\b)"
         )
-        units = either(language["units"])
+        units = either(by_word(language["units"]))
         self._glued_unit = re.compile(rf"\b(\d+(?:[.,]\d+)?)({units})\b")
         self._fillers = re.compile(rf"\b(?:{either(words['fillers'])})\b")
-        verbs = either({*language["imperatives"].values()})
+        verbs = either(language["imperatives"])
         within = "".join(rf"(?<!\b{re.escape(word)} )" for word in words["before_please"])
         please = either(words["please"])
         self._please = re.compile(rf"{within}\b(?:{please}) (?=(?:{verbs})\b)")
@@ -96,11 +92,7 @@ class StepSplitter:
         self._stutter = re.compile(rf"\b({verbs}|{twice}|[^\W\d_]{{5,}})(?:,? \1\b)++")
         self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
         self._opening = re.compile(rf"^(?:{_courtesy(words)}|{part('openings')})(?= |$)")
-        self._synonyms = {
-            word.casefold(): verb
-            for verb, them in language["synonyms"].items()
-            for word in them.split("|")
-        }
+        self._synonyms = by_word(language["synonyms"])
         self._synonym = re.compile(rf"^(?:{either(self._synonyms)})(?= |$)")
         subjects = either(language["remarks"]["subjects"])
         self._emphatic = re.compile(
@@ -136,16 +128,7 @@ class StepSplitter:
             rf"\s*,\s*(?:{and_}) (?=\S)|\s*,\s*(?!\d)|{apart}\s+(?:{and_}) (?=(?:{starters})\b)"
         )
 
-    def polished(self, line: str, *, asking: bool = False) -> str:
-        """The line in plain words, with a comma wherever a sentence has a pause.
-
-        Args:
-            line: As it was said or typed.
-            asking: Whether "please" before an order makes a pause, too.
-        """
-        return self._polish(line, asking)
-
-    def _polished(self, line: str, asking: bool) -> str:
+    def _polished(self, line: str, asking: bool = False) -> str:
         line = plain(re.sub(r"&|\+(?!\d)", f" {self._and} ", line))
         line = _WORD.sub(lambda found: self._righted(found[0]), line)
         spelt = self._misspelt.sub(lambda found: self._forms[found[0]], line)
@@ -181,14 +164,10 @@ class StepSplitter:
         """Whether words of a line say that something is to be done at once."""
         return self._at_once.search(plain(line)) is not None
 
-    def steps(self, polished: str) -> Sequence[SentenceStep]:
-        """The steps of a polished line; none where it has too many of them."""
-        return self._steps(polished)
-
     def forget(self) -> None:
         """Forget the lines and words that are kept, as where reading is timed."""
-        self._steps.cache_clear()
-        self._polish.cache_clear()
+        self.steps.cache_clear()
+        self.polished.cache_clear()
         self._righted.cache_clear()
 
     def _cut(self, polished: str) -> Sequence[SentenceStep]:
@@ -302,6 +281,11 @@ def either(words: Iterable[str]) -> str:
     """A regular expression for one of these, the longest first; it reads nothing without any."""
     ordered = sorted((word.casefold() for word in words), key=len, reverse=True)
     return "|".join(map(re.escape, ordered)) or "(?!)"
+
+
+def by_word(table: Mapping[str, str]) -> dict[str, str]:
+    """What each word of a table stands for: `could = "cud|cld"` has two words for "could"."""
+    return {word.casefold(): other for other, words in table.items() for word in words.split("|")}
 
 
 def plain(line: str) -> str:

@@ -88,12 +88,11 @@ def read_typed(line: str, language: Language) -> tuple[Command | None, Understan
     Raises:
         SentenceTooLongError: the line is too long to be read.
     """
-    grammar = language.grammar
-    if (command := grammar.typed(line)) is None:
+    read = language.grammar.read(line)
+    if read.command is None:
         return None, None, False
-    alone = grammar.heard(line) is None
-    understood = understand(command, language, grammar.literals(line), alone=alone)
-    return command, understood, grammar.is_urgent(line)
+    understood = understand(read.command, language, read.literals, alone=read.alone)
+    return read.command, understood, read.at_once
 
 
 def _question(command: Command, goal: str, near: str | None, language: Language) -> str:

@@ -6,20 +6,15 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from vizbot.operator.language.step_splitter import either
+from vizbot.operator.language.step_splitter import by_word, either
 
 
 class Wording:
     """Tells the kinds of words of one language."""
 
     def __init__(self, language: Mapping[str, Any]) -> None:
-        """Take over a language, as its file has it.
-
-        Raises:
-            KeyError: it lacks something.
-        """
         words, remarks, cannot = language["words"], language["remarks"], language["cannot"]
-        verbs = either(language["imperatives"].values())
+        verbs = either(language["imperatives"])
         idle = f"{either(words['idle'])}|{words['adverb']}"
         courteous = f"{idle}|{either(words['courtesy'])}"
         self._not = re.compile(rf"\b(?:{words['not'].casefold()})\b")
@@ -29,7 +24,7 @@ class Wording:
         joints = either([*words["and"], *words["before_then"]])
         self._aside = re.compile(
             rf"(?:(?:{joints}) )?(?!.*\b(?:{either(words['addressed'])})\b.)"
-            rf"(?!(?:{either(language['numbers'])}) )"
+            rf"(?!(?:{either(by_word(language['numbers']))}) )"
             rf"(?:{either(remarks['subjects'])})\b.* (?:{told})\b"
         )
         beside = {*remarks["never"]} - {*remarks["asides"]}

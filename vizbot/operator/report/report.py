@@ -19,11 +19,10 @@ from vizbot.core.place_scores import Measure
 from vizbot.core.work_queue import WorkQueue
 from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
 from vizbot.operator.figures.panels import board, panels
-from vizbot.operator.figures.step_filter import StepFilter
+from vizbot.operator.figures.steps import StepFilter
 from vizbot.operator.figures.track import Track
-from vizbot.operator.report.frame_store import FrameStore
+from vizbot.operator.report.frame_store import FrameStore, Match, matches, picture_of
 from vizbot.operator.report.map_figure import run_map
-from vizbot.operator.report.matches import Match, matches, picture_of
 from vizbot.operator.report.timeline import GoalTimeline, Timeline
 
 if TYPE_CHECKING:

@@ -21,11 +21,7 @@ class DriveLease:
     """Lets one person drive at a time; safe to use from several threads."""
 
     def __init__(self, now: Callable[[], float]) -> None:
-        """Create it with no driver.
-
-        Args:
-            now: Time [s] of the wall clock: it is the link that ages a command.
-        """
+        """By `now`, the wall clock [s]: it is the link that ages a command."""
         self._now = now
         self._lock = threading.Lock()
         self._holder: str | None = None

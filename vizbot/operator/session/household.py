@@ -26,7 +26,6 @@ class HouseholdBeliefs:
     """
 
     def __init__(self) -> None:
-        """Begin without a map."""
         self._lock = threading.Lock()
         self._map = -1
         self._questions: dict[str, Query] = {}

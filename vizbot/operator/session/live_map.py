@@ -44,17 +44,15 @@ MOST_ZONES = 100
 class LiveMap:
     """The map in which one robot is running, and those that are saved.
 
+    What waits for the robot's loop raises a `ConfigError` where too much is asked at once, and a
+    `DeviceTimeoutError` where the robot is too busy or its run ends.
+
     Attributes:
         saved: The saved maps of this user.
     """
 
     def __init__(self, session: OperatorSession, folder: Path | None = None) -> None:
-        """Attach to a running robot.
-
-        Args:
-            session: Of the robot.
-            folder: Of the saved maps; this user's by default.
-        """
+        """Attach to a running robot; `folder` is that of the saved maps, this user's by default."""
         self._session = session
         self.saved = SavedMaps(folder)
         self._household = HouseholdBeliefs()
@@ -62,16 +60,11 @@ class LiveMap:
         self._saving = threading.Lock()
         self._used: MapUse | None = None
         self._unsaved: int | None = None  # map of the run that somebody was told cannot be saved
-        if session.begun_in is not None:
-            self._use(self.saved.name_of(session.begun_in))
+        if session.robot.begun_in is not None:
+            self._use(self.saved.name_of(session.robot.begun_in))
 
     def places(self, text: str) -> Answer:
-        """Look up where on the map a text is found.
-
-        Raises:
-            ConfigError: too much is asked at once.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
-        """
+        """Look up where on the map a text is found."""
         goal, bundle, pipeline = self._asked(text)
         if bundle is None:
             least = least_score(goal, pipeline.config.objectnav)
@@ -87,12 +80,7 @@ class LiveMap:
         return summary(answer, step.T_map_base, language)
 
     def count(self, text: str) -> int:
-        """How many places on the map look like a text.
-
-        Raises:
-            ConfigError: too much is asked at once.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
-        """
+        """How many places on the map look like a text."""
         goal, bundle, pipeline = self._asked(text)
         if bundle is None:
             return 0
@@ -106,8 +94,7 @@ class LiveMap:
             looks like it: then there is no zone.
 
         Raises:
-            ConfigError: there are too many zones, or too much is asked at once.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
+            ConfigError: there are too many zones.
         """
         goal, bundle, pipeline = self._asked(text)
         if bundle is None:
@@ -121,32 +108,17 @@ class LiveMap:
         return float(width), float(depth)
 
     def vocabulary(self) -> list[str]:
-        """Things and rooms of a household that the map finds, in alphabetical order.
-
-        Raises:
-            ConfigError: too much is asked at once.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
-        """
+        """Things and rooms of a household that the map finds, in alphabetical order."""
         bundle, number, pipeline = self._whole()
         return [] if bundle is None else self._household.found(bundle, number, pipeline)
 
     def rooms(self) -> list[RoomArea]:
-        """The rooms on the map, the largest first; an answer may be ten seconds old.
-
-        Raises:
-            ConfigError: too much is asked at once.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
-        """
+        """The rooms on the map, the largest first; an answer may be ten seconds old."""
         step = self._session.newest_step()
         return [] if step is None else self._rooms.found(step.map_number, self._whole)
 
     def in_view(self) -> list[str]:
-        """Things and rooms of a household that the newest mapped picture shows, the surest first.
-
-        Raises:
-            ConfigError: too much is asked at once.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
-        """
+        """What the newest mapped picture shows of a household, the surest first."""
         bundle, number, pipeline = self._whole()
         return [] if bundle is None else self._household.in_view(bundle, number, pipeline)
 
@@ -170,7 +142,6 @@ class LiveMap:
 
         Raises:
             ConfigError: there are too many already.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
 
         def add(pipeline: Pipeline) -> int:  # the loop does one job at a time: no zone gets lost
@@ -188,7 +159,6 @@ class LiveMap:
 
         Raises:
             ConfigError: there is no such zone.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
 
         def remove(pipeline: Pipeline) -> int:
@@ -205,7 +175,6 @@ class LiveMap:
         Raises:
             ConfigError: the name cannot be one, or another map has it.
             MapError: there is no map yet, or it cannot be written.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         path = self.saved.path(name)
         snapshot = self._session.jobs.wait_for(lambda pipeline: pipeline.snapshot())
@@ -232,7 +201,6 @@ class LiveMap:
             ConfigError: the name cannot be one, the robot has a task, or somebody drives.
             MapError: there is no such map, the robot cannot use it, or the map that it is in cannot
                 be saved and this is asked for the first time since then.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         saved = None
         if name is not None:
@@ -319,10 +287,6 @@ class LiveMap:
 
     def _keep_left(self, left: MapSnapshot, number: int) -> str | None:
         """The name under which a map that is left is saved; None where it is given up.
-
-        Args:
-            left: The map.
-            number: Which map of the run it is.
 
         Raises:
             MapError: it cannot be saved, and nobody knows that yet.

@@ -22,7 +22,6 @@ class LoopJobs:
     """Jobs that wait for the robot's loop; asked for and done in different threads."""
 
     def __init__(self) -> None:
-        """Begin without any."""
         self._waiting: Queue[tuple[Callable[[Pipeline], None], Future[Any]]] = Queue(MOST)
 
     def __len__(self) -> int:

@@ -70,10 +70,7 @@ class Answer:
 def summary(answer: Answer, T_map_base: SE3 | None, language: Language = ENGLISH) -> str:
     """An answer in one line: the place as seen from the robot, and how the words are understood.
 
-    Args:
-        answer: What the map answers.
-        T_map_base: Pose of the robot; None where it is lost.
-        language: To say it in.
+    The pose is None where the robot is lost.
     """
     where = _where(answer, T_map_base, language)
     return where + (f" ({answer.note})" if answer.note else "")

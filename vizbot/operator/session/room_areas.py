@@ -46,12 +46,6 @@ class RoomAreas:
     def __init__(
         self, household: HouseholdBeliefs, now: Callable[[], float] = time.monotonic
     ) -> None:
-        """Begin without a map.
-
-        Args:
-            household: What the map tells of rooms.
-            now: Time of the wall clock [s].
-        """
         self._now = now
         self._lock = threading.Lock()
         self._household = household

@@ -69,7 +69,7 @@ def _named(folder: Path, name: str) -> Path:
 
 
 class SavedMaps:
-    """The saved maps in one folder, by their names.
+    """The saved maps in one folder, by their names; a `ConfigError` where one cannot be a name.
 
     Attributes:
         folder: Of the maps.
@@ -80,11 +80,7 @@ class SavedMaps:
         self.folder = folder or maps_folder()
 
     def path(self, name: str) -> Path:
-        """The folder of a map, which need not be there.
-
-        Raises:
-            ConfigError: the name cannot be one.
-        """
+        """The folder of a map, which need not be there."""
         if _NAME.fullmatch(normal_text(name)) is None:
             raise ConfigError(
                 f"{name!r} is no name for a map; use letters, digits, spaces and -, 60 at most"
@@ -113,7 +109,6 @@ class SavedMaps:
         """The obstacle map of one of them, with its zones.
 
         Raises:
-            ConfigError: the name cannot be one.
             MapError: there is no such map, or it is damaged.
         """
         return load_grid(self.require(name))
@@ -122,7 +117,6 @@ class SavedMaps:
         """Give one of them another name; a robot that is in it stays in it.
 
         Raises:
-            ConfigError: a name cannot be one.
             MapError: there is no such map, another one has the name, or it cannot be renamed.
         """
         map_folder.move(self.require(name), self.path(new))
@@ -131,7 +125,6 @@ class SavedMaps:
         """Delete one of them. Whenever that is interrupted, the map is whole or gone.
 
         Raises:
-            ConfigError: the name cannot be one.
             MapError: there is no such map, a robot is in it, or it cannot be deleted.
         """
         map_folder.delete(self.require(name))
@@ -140,7 +133,6 @@ class SavedMaps:
         """The folder of a map that is there.
 
         Raises:
-            ConfigError: the name cannot be one.
             MapError: there is no such map.
         """
         path = self.path(name)
@@ -150,11 +142,7 @@ class SavedMaps:
         return path
 
     def use(self, name: str) -> MapUse | None:
-        """Claim one of them, so that nobody deletes it; None where it is gone.
-
-        Raises:
-            ConfigError: the name cannot be one.
-        """
+        """Claim one of them, so that nobody deletes it; None where it is gone."""
         with suppress(OSError):
             return MapUse(self.path(name))
         return None

@@ -9,23 +9,20 @@ import threading
 import time
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Candidate, GoalReport, OpenQuestion, Outcome, Step
-from vizbot.core.types import BaseState, Feedback
-from vizbot.operator.figures.step_rate import StepRate
+from vizbot.operator.figures.steps import StepRate
 from vizbot.operator.figures.track import Track
 from vizbot.operator.figures.wall_direction import MapTurn
-from vizbot.operator.session.approached_candidate import ApproachedCandidate, candidate_of
-from vizbot.operator.session.arrival import Arrival
-from vizbot.operator.session.drive_lease import DriveLease
 from vizbot.operator.session.loop_jobs import LoopJobs
 from vizbot.operator.session.session_log import SessionLog
+from vizbot.operator.session.shared_robot import BareRobot, SharedRobot
 from vizbot.operator.session.task_queue import QueuedTask, TaskQueue, TaskRequest
+from vizbot.operator.session.verdicts import ApproachedCandidate, Arrival, candidate_of
 from vizbot.pipeline import Pipeline
 
 SOMEBODY = "somebody"
@@ -38,7 +35,11 @@ _SPACING = 0.05
 class OperatorSession:
     """The operators' side of a run: an observer that takes their requests.
 
+    What waits for the robot's loop raises a `ConfigError` where too much is asked at once, and a
+    `DeviceTimeoutError` where the robot is too busy or its run ends.
+
     Attributes:
+        robot: The robot that people share.
         queue: The tasks that they asked for.
         lease: Who drives by hand.
         stopped: Set while the robot must rest, until somebody asks for something new.
@@ -46,25 +47,18 @@ class OperatorSession:
         closed: Set when the run is to end.
         log: What happened.
         jobs: What the loop has to do between two steps.
-        base_state: The newest state of the base; None without one.
-        battery_state: The one that tells of the battery, which may be some seconds old.
-        resume_base: Asks a base that stopped obeying, at an edge or lifted, to obey again.
-        show: Plays feedback on the base's lights and speaker.
         arrival: Where the robot has arrived last; None before, and once another search has begun.
         candidate: What the robot goes up to because it may be the goal; None where it is nothing.
-        picture_of: The picture of the best place of a report, as JPEG; None where there is none.
-        picture_of_place: Likewise of a place on the map.
-        keep_verdict: Keeps what people say of an arrival beside the run.
-        keep_verdict_on_way: Keeps what they say of what the robot goes up to, (2,) in `map` [m].
-        folder: Of the run; None where it keeps none.
-        begun_in: Folder of the saved map in which the run began; None where it began in none.
         map_turn: How its map is turned to be shown upright.
     """
 
-    def __init__(self, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, robot: SharedRobot | None = None, now: Callable[[], float] = time.monotonic
+    ) -> None:
         """Create it without tasks.
 
         Args:
+            robot: The robot; None for one without a base that keeps nothing.
             now: Time of the wall clock [s].
         """
         self._now = now
@@ -77,24 +71,14 @@ class OperatorSession:
         self._track = Track(spacing=_SPACING)
         self._rate = StepRate()
         self._activity = ""
-        self.base_state: Callable[[], BaseState | None] = lambda: None
-        self.battery_state: Callable[[], BaseState | None] = lambda: None
-        self.resume_base: Callable[[], None] = lambda: None
-        self.show: Callable[[Feedback], None] = lambda feedback: None
+        self.robot: SharedRobot = BareRobot(now) if robot is None else robot
+        self.lease, self.stopped = self.robot.lease, self.robot.stopped
         self.arrival: Arrival | None = None
         self.candidate: ApproachedCandidate | None = None
-        self.picture_of: Callable[[GoalReport], bytes | None] = lambda report: None
-        self.picture_of_place: Callable[[Candidate], bytes | None] = lambda place: None
-        self.keep_verdict: Callable[[GoalReport, bool], None] = lambda report, confirmed: None
-        self.keep_verdict_on_way: Callable[[NDArray[np.float64], bool], None] = lambda xy, it: None
-        self.folder: Path | None = None
-        self.begun_in: Path | None = None
         self.map_turn = MapTurn()
         self.log = SessionLog()
         self.jobs = LoopJobs()
         self.queue = TaskQueue()
-        self.lease = DriveLease(now)
-        self.stopped = threading.Event()
         self.stops = 0
         self.closed = threading.Event()
 
@@ -145,7 +129,6 @@ class OperatorSession:
         Raises:
             ConfigError: the robot has not arrived, or does something else by now, or was stopped
                 meanwhile, or its method of search believes nothing.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         who, stops = printable(who, _LONGEST_NAME) or SOMEBODY, self.stops
 
@@ -158,7 +141,7 @@ class OperatorSession:
                 )
             tasks = [] if confirmed else self._search_on(arrival, pipeline, stops)
             self.arrival = replace(arrival, confirmed=confirmed)
-            self.keep_verdict(arrival.report, confirmed)
+            self.robot.keep_verdict(arrival.report, confirmed)
             verdict = "that is it" if confirmed else "that is not it; the search goes on"
             self.log.write("verdict", f"{arrival.report.text}: {who} says {verdict}")
             return tasks
@@ -173,7 +156,6 @@ class OperatorSession:
 
         Raises:
             ConfigError: the robot goes up to something else by now.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
         who = printable(who, _LONGEST_NAME) or SOMEBODY
 
@@ -186,7 +168,7 @@ class OperatorSession:
             else:
                 pipeline.refute(candidate.place_xy)
             self.candidate = replace(candidate, confirmed=True) if confirmed else None
-            self.keep_verdict_on_way(candidate.place_xy, confirmed)
+            self.robot.keep_verdict_on_way(candidate.place_xy, confirmed)
             verdict = "go there" if confirmed else "that is not it; the search goes on"
             self.log.write("verdict", f"{candidate.goal}: {who} says {verdict}")
 
@@ -199,8 +181,6 @@ class OperatorSession:
 
         Raises:
             LookupError: the robot has turned to something else, or kept no picture; it says why.
-            ConfigError: too much is asked at once.
-            DeviceTimeoutError: the robot is too busy, or its run ends.
         """
 
         def draw(pipeline: Pipeline) -> bytes:
@@ -209,7 +189,7 @@ class OperatorSession:
                 place = pipeline.candidate(candidate.place_xy)
             if place is None:
                 raise LookupError("the robot has turned to something else by now")
-            if (picture := self.picture_of_place(place)) is None:
+            if (picture := self.robot.picture_of_place(place)) is None:
                 raise LookupError(self._why_no_picture([place]))
             return picture
 
@@ -248,7 +228,7 @@ class OperatorSession:
             self._goes_on = True
             asks = self.question is not None
         if asks:
-            self.resume_base()
+            self.robot.resume_base()
             self.log.write("resume", "somebody said to go on")
 
     def begin_step(self) -> None:
@@ -284,10 +264,6 @@ class OperatorSession:
     def call_off(self, goals: Collection[str], who: str) -> list[str]:
         """Call off some of the goals that were asked for; the others stay.
 
-        Args:
-            goals: In the words that the queue has for them.
-            who: Calls them off.
-
         Returns:
             Those that were called off, in the queue's words.
         """
@@ -297,10 +273,6 @@ class OperatorSession:
 
     def cancel(self, number: int, who: str) -> None:
         """Call off one task that runs or waits.
-
-        Args:
-            number: As the queue has it.
-            who: Calls it off.
 
         Raises:
             ConfigError: no such task runs or waits.
@@ -390,7 +362,7 @@ class OperatorSession:
         """End the task that asked for this goal; an arrival is kept for people to judge."""
         task = self.queue.report(report)
         if task is not None and report.outcome is Outcome.ARRIVED:
-            picture = self.picture_of(report)
+            picture = self.robot.picture_of(report)
             why_not = "" if picture else self._why_no_picture(report.candidates)
             self.arrival = Arrival(task.number, report, picture, why_not)
         self.log.write("ended", f"{report.headline}: {report.reason}", report.outcome)

@@ -36,7 +36,6 @@ class SessionLog:
     """The newest lines; written and read by any thread."""
 
     def __init__(self) -> None:
-        """Begin without any."""
         self._lock = threading.Lock()
         self._lines: deque[LogEntry] = deque(maxlen=_LINES)
 

@@ -7,13 +7,12 @@ from collections.abc import Callable
 from contextlib import ExitStack
 
 from sim_stubs.clock import SimulatedClock
-from vizbot.behaviours.errand import Errand
 from vizbot.config import ObjectNavConfig
 from vizbot.core.interfaces import Clock
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
 from vizbot.mission import SETTLING_TIME
-from vizbot.objectnav.tasks import Goal, Task
+from vizbot.objectnav.tasks import Errand, Goal, Task
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_queue import QueuedTask
 from vizbot.operator.session.twist_mux import TwistMux

@@ -7,10 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from vizbot.behaviours.short_move import ShortMove
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Effort, GoalReport, Outcome, headline
-from vizbot.objectnav.tasks import Task, Waypoint
+from vizbot.objectnav.tasks import ShortMove, Task, Waypoint
 
 _MOST_ENDED = 100
 """Most tasks that the queue remembers after their end."""

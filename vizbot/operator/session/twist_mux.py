@@ -33,14 +33,7 @@ class TwistMux:
         stopped: threading.Event,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Share a base.
-
-        Args:
-            base: The base, which its owner closes.
-            lease: Who drives by hand.
-            stopped: While it is set, the base stands.
-            now: Time of the wall clock [s].
-        """
+        """Share a base."""
         self._base = base
         self._lease = lease
         self._stopped = stopped

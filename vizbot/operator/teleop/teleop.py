@@ -22,31 +22,21 @@ _LAST_ANSWERS = 0.5
 
 
 class Driven(Protocol):
-    """What is driven: an open base, or something that passes the commands on."""
+    """What is driven: an open base, or something that passes the commands on.
+
+    Each call raises a `DeviceError` where the base is gone.
+    """
 
     def drive(self, twist: Twist) -> None:
-        """Hold `twist` until the next call, or for a moment without one.
-
-        Raises:
-            DeviceError: the base is gone.
-        """
+        """Hold `twist` until the next call, or for a moment without one."""
         ...
 
     def read(self) -> BaseState:
-        """Return the newest state.
-
-        Raises:
-            DeviceTimeoutError: the base is silent; it may come back.
-            DeviceError: it is gone.
-        """
+        """Return the newest state, or raise a `DeviceTimeoutError` where the base is silent."""
         ...
 
     def resume(self) -> None:
-        """Ask the base to obey again.
-
-        Raises:
-            DeviceError: it is gone.
-        """
+        """Ask the base to obey again."""
         ...
 
 

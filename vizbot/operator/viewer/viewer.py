@@ -1,7 +1,7 @@
 """`run.rrd`: everything a run sees, knows and decides, step by step, for the rerun viewer.
 
 The recording is a file and nothing else: a viewer that is connected to the program and hangs
-would hold the robot's loop back. To see the run under way, follow the file (`live_process`).
+would hold the robot's loop back. To see the run under way, follow the file (`open_viewer`).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Self
 
 import numpy as np
 import rerun as rr
+import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from vizbot.core.geometry import invert
@@ -20,10 +21,8 @@ from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import Intrinsics
 from vizbot.operator.figures.colour_scale import ColourScale
 from vizbot.operator.figures.image_encoding import jpeg, png
-from vizbot.operator.figures.step_filter import StepFilter
-from vizbot.operator.figures.step_rate import StepRate
-from vizbot.operator.report.events import Event, Events
-from vizbot.operator.viewer.layout import layout
+from vizbot.operator.figures.steps import StepFilter, StepRate
+from vizbot.operator.report.timeline import Event, Events
 from vizbot.operator.viewer.map_layers import MapLayers
 from vizbot.operator.viewer.recording_file import RecordingFile
 
@@ -214,4 +213,36 @@ def _pinhole(intrinsics: Intrinsics, stride: int) -> rr.Pinhole:
         resolution=(intrinsics.width / stride, intrinsics.height / stride),
         camera_xyz=rr.ViewCoordinates.RDF,
         image_plane_distance=0.4,
+    )
+
+
+def layout() -> rrb.Blueprint:
+    """The map on the left; camera, plots and events on the right."""
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Spatial3DView(
+                origin="map",
+                contents=["$origin/**", "- $origin/robot/depth/**"],
+                name="Map",
+            ),
+            rrb.Vertical(
+                rrb.Tabs(
+                    rrb.Spatial2DView(origin="map/robot/camera", name="Camera, and what matched"),
+                    rrb.Spatial2DView(origin="map/robot/depth", name="Depth"),
+                ),
+                rrb.TimeSeriesView(origin="plots/score", name="Score of the best place"),
+                rrb.Tabs(
+                    rrb.TextLogView(origin="events", name="Events"),
+                    rrb.TimeSeriesView(origin="plots/rate", name="Steps per second"),
+                    rrb.TimeSeriesView(origin="plots/twist", name="Twist [m/s, rad/s]"),
+                    rrb.TimeSeriesView(origin="plots/map", name="Size of the map"),
+                    rrb.TimeSeriesView(origin="plots/battery", name="Battery [%]"),
+                ),
+                row_shares=[3, 2, 2],
+            ),
+            column_shares=[3, 2],
+        ),
+        rrb.TimePanel(state="collapsed", timeline="step"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.BlueprintPanel(state="collapsed"),
     )

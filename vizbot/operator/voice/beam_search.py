@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.operator.voice.phrase_grammar import Phrasing, Sentence, Stage
+from vizbot.operator.language.phrase_grammar import Phrasing, Sentence, Stage
 
 if TYPE_CHECKING:
     from ctranslate2.models import Whisper
@@ -70,14 +70,7 @@ class PhraseScorer:
     def __init__(
         self, whisper: Whisper, tokenizer: Tokenizer, noise: Encoded, phrasing: Phrasing
     ) -> None:
-        """Create it for a model.
-
-        Args:
-            whisper: The model.
-            tokenizer: The model's.
-            noise: A sound in which nobody speaks.
-            phrasing: The sentences that are searched for.
-        """
+        """Create it for a model."""
         self._phrasing = phrasing
         self._whisper = whisper
         self._tokenizer = tokenizer
@@ -152,14 +145,7 @@ class PhraseScorer:
         found: Sequence[str] = (),
         wake: str | None = None,
     ) -> list[Sentence]:
-        """The sentences that fit best, best first.
-
-        Args:
-            encoded: The sound.
-            goals: Phrases that may be asked for.
-            found: Those of them that are more likely.
-            wake: What they begin with.
-        """
+        """The sentences that fit best, best first; of the goals those `found` are likelier."""
         beam = [Sentence() if wake is None else Sentence(wake.capitalize() + ",")]
         done: list[Sentence] = []
         fewest = _SLOWEST * (len(encoded) / ROWS_PER_SECOND - _SILENCE)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import numpy as np
 
 from vizbot.operator.language.command import Stop
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.voice.intent import Utterance
+from vizbot.operator.voice.recogniser import Recogniser
 from vizbot.operator.voice.sound import Sound
 from vizbot.operator.voice.sound_decoder import RATE
 
@@ -24,22 +23,6 @@ _KEPT = 0.5
 """Length of silence that is kept, so that no beginning is cut off [s]."""
 
 
-class SpeechRecogniser(Protocol):
-    """What `vizbot.operator.voice.recogniser.Recogniser` does."""
-
-    def hear(self, sound: Sound, wake: str | None = None) -> Utterance:
-        """What was said in an utterance, and the command in it."""
-        ...
-
-    def glance(self, sound: Sound) -> str:
-        """What is probably being said."""
-        ...
-
-    def speech(self, sound: Sound) -> list[tuple[int, int]]:
-        """First sample of each stretch of speech, and the one after its last."""
-        ...
-
-
 class Listener:
     """Takes sound as it comes and returns one utterance at a time.
 
@@ -47,7 +30,7 @@ class Listener:
     """
 
     def __init__(
-        self, recogniser: SpeechRecogniser, wake: str | None, language: Language = ENGLISH
+        self, recogniser: Recogniser, wake: str | None, language: Language = ENGLISH
     ) -> None:
         """Begin with silence.
 
@@ -65,9 +48,6 @@ class Listener:
 
     def take(self, sound: Sound) -> Utterance | None:
         """Take the next piece of sound.
-
-        Args:
-            sound: (N,) what came since the last call.
 
         Returns:
             A stop as soon as it is said, an utterance when it has ended; None: nothing yet.

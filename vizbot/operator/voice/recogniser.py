@@ -81,7 +81,6 @@ class Recogniser:
         self,
         vocabulary: Sequence[str],
         model: str = SPEECH,
-        threads: int = 0,
         language: Language = ENGLISH,
     ) -> None:
         """Load the model.
@@ -91,7 +90,6 @@ class Recogniser:
                 first 220 tokens or so are recognised, but not hinted at.
             model: A size (tiny.en, base, small, ...), which is downloaded on first use, or a
                 folder with a model for faster-whisper.
-            threads: Threads of the processor; 0 leaves them to the library.
             language: That is spoken.
 
         Raises:
@@ -99,7 +97,7 @@ class Recogniser:
         """
         self.vocabulary = tuple(map(language.lexicon.own, vocabulary))
         self._language = language
-        self._model = _load(model, threads)
+        self._model = _load(model)
         self._tokenizer = _tokenizer(self._model, model, language)
         noise = _rows(self._encode(_noise()), len(_noise()))
         self._scorer = PhraseScorer(self._model.model, self._tokenizer, noise, language.spoken)
@@ -297,12 +295,12 @@ def require_model(name: str) -> None:
         )
 
 
-def _load(name: str, threads: int) -> WhisperModel:
+def _load(name: str) -> WhisperModel:
     require_model(name)
     from faster_whisper import WhisperModel
 
     try:
-        return WhisperModel(name, device="cpu", compute_type="int8", cpu_threads=threads)
+        return WhisperModel(name, device="cpu", compute_type="int8")
     except Exception as error:  # Hub, network, disk and ctranslate2 each raise their own
         reason = " ".join(str(error).split())[:120]
         raise ConfigError(

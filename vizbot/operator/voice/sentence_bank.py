@@ -14,8 +14,8 @@ from math import prod
 
 from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.notation import SLOTS, Pattern
+from vizbot.operator.language.phrase_grammar import Phrasing
 from vizbot.operator.voice.likeness import NEAR, nearness, plain_words, similarity, sounds
-from vizbot.operator.voice.phrase_grammar import Phrasing
 
 _MOST = 400
 """Sentences of each pattern: all that it makes, or as many that are drawn."""
@@ -44,12 +44,7 @@ class SentenceBank:
     """
 
     def __init__(self, grammar: Grammar, phrasing: Phrasing) -> None:
-        """Draw them, the same ones each time.
-
-        Args:
-            grammar: Has the patterns.
-            phrasing: How missions begin, go on and end.
-        """
+        """Draw them, the same ones each time."""
         rng = random.Random(0)
         thing = f"{phrasing.article} {_THING}".strip()
         slots = {name: f"{{{name}}}" for name in SLOTS} | {"goal": thing}
@@ -67,13 +62,7 @@ class SentenceBank:
         self._phrasing = phrasing
 
     def nearest(self, heard: str, vocabulary: Sequence[str], most: int) -> list[str]:
-        """Sentences that sound like what was heard, the most alike first.
-
-        Args:
-            heard: A sentence.
-            vocabulary: Things that may be in it.
-            most: How many at most.
-        """
+        """Sentences that sound like what was heard, the most alike first."""
         words = plain_words(_MARKS.sub(" ", heard))
         thing = max((name for name in vocabulary if f" {name}" in f" {words}"), key=len, default="")
         asked = words.replace(thing, _THING, 1) if thing else words
@@ -94,10 +83,6 @@ class SentenceBank:
 
         Each thing must have been heard as it is written; what stands around them may be spelt by
         its sound, as in "Go to the lamp. In the sofa, and den to the sink, and dog."
-
-        Args:
-            heard: A sentence.
-            vocabulary: Things that may be in it.
         """
         words = plain_words(_MARKS.sub(" ", heard))
         names = map(re.escape, sorted(vocabulary, key=len, reverse=True))

@@ -31,7 +31,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     any_wood,
     shade,
 )
-from sim_stubs.homes.furniture.shapes.sinks import BASIN
+from sim_stubs.homes.furniture.shapes.sanitary import BASIN
 from sim_stubs.homes.geometry.piece import Part
 from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder
 

@@ -1,9 +1,10 @@
-"""Procedural wardrobes, chests of drawers and the like."""
+"""Procedural cupboards and shelves."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from sim_stubs.homes.furniture.shapes.curved_solids import rod, shifted, turned
 from sim_stubs.homes.furniture.shapes.materials import (
     BLACK,
     PAINTS,
@@ -12,6 +13,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     Shape,
     any_metal,
     any_paint,
+    any_wood,
     cabinet,
     legs,
     pick,
@@ -19,7 +21,8 @@ from sim_stubs.homes.furniture.shapes.materials import (
     wood_or_paint,
 )
 from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import box, cushion, flat_panel
+from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder, flat_panel
+from sim_stubs.homes.textures import patterns
 
 
 def wardrobe(rng: Random) -> Shape:
@@ -176,3 +179,139 @@ def changing_table(rng: Random) -> Shape:
         cushion((0, s * d * 0.34, h + 0.02), (w * 0.85, 0.1, 0.08), mat, 0.6) for s in (-1, 1)
     ]
     return Shape(material, parts)
+
+
+def bookshelf(rng: Random) -> Shape:
+    """Shelves with books and boxes, with a back or without, some of the boards empty."""
+    material, wood = wood_or_paint(rng)
+    shelves = int(rng.integers(3, 7))
+    w, d, h = rng.uniform(0.4, 1.5), rng.uniform(0.28, 0.4), shelves * rng.uniform(0.31, 0.4)
+    columns = max(1, round(w / 0.75))
+    t, step = 0.025, (h - 0.05) / shelves
+    frame = rng.random() < 0.2
+    parts: list[Part] = []
+    if frame:
+        stand = any_metal(rng)
+        parts += legs(w, d, h, 0.03, stand)
+    else:
+        parts += [
+            box((x, 0, 0), (t, d, h), wood)
+            for x in np.linspace(-(w - t) / 2, (w - t) / 2, columns + 1)
+        ]
+    backed = not frame and rng.random() < 0.7
+    if backed:
+        parts.append(box((0, d / 2 - 0.01, 0), (w, 0.015, h), wood))
+    fullness = rng.choice([0.35, 0.8, 1.0])
+    for level in range(shelves + 1):
+        z = 0.04 + level * step
+        parts.append(box((0, 0, z - t), (w, d, t), wood))
+        for column in range(columns) if level < shelves else ():
+            if rng.random() < fullness:
+                x0 = -w / 2 + column * w / columns + t
+                parts += _row_of_books(rng, x0, w / columns - 2 * t, d, z, step - t)
+    return Shape(material, parts)
+
+
+def _row_of_books(
+    rng: Random, x: float, width: float, depth: float, z: float, room: float
+) -> list[Part]:
+    """Books as one block with their spines in front, or as a few single ones, or a box."""
+    kind = rng.random()
+    y = -depth / 2 + rng.uniform(0.03, 0.08)
+    if kind < 0.7:
+        filled, tall = width * rng.uniform(0.55, 1.0), room * rng.uniform(0.68, 0.9)
+        spines = patterns.books(rng.texture(rng.integers(40)))
+        back = (filled, depth / 2 - y - 0.03)
+        block = box((x + filled / 2, y + back[1] / 2, z), (*back, tall), (0.85, 0.82, 0.75))
+        face = flat_panel((x, y - 0.002, z), (filled, 0, 0), (0, 0, tall), spines, tile=0)
+        return [block, face]
+    if kind < 0.88:
+        parts, at = [], x
+        while at < x + width * 0.6:
+            thick = rng.uniform(0.02, 0.05)
+            size = (thick - 0.002, depth * 0.65, room * rng.uniform(0.5, 0.88))
+            parts.append(box((at + thick / 2, 0, z), size, any_paint(rng)))
+            at += thick
+        return parts
+    size = (width * 0.6, depth * 0.8, room * rng.uniform(0.4, 0.75))
+    return [box((x + width / 2, -0.01, z), size, any_paint(rng))]
+
+
+def shelf(rng: Random) -> Shape:
+    """Boards on a wall with things on them."""
+    material, wood = wood_or_paint(rng)
+    w, d, count = rng.uniform(0.6, 1.1), rng.uniform(0.18, 0.26), int(rng.integers(1, 4))
+    parts: list[Part] = []
+    for level in range(count):
+        z = 0.12 + level * 0.34
+        parts += [
+            box((0, 0, z), (w, d, 0.028), wood),
+            *[
+                box((s * w * 0.35, d / 2 - 0.06, z - 0.11), (0.025, 0.1, 0.11), wood)
+                for s in (-1, 1)
+            ],
+        ]
+        x = -w / 2 + 0.04
+        while x < w / 2 - 0.12:
+            wide, tall = rng.uniform(0.02, 0.05), rng.uniform(0.14, 0.25)
+            if rng.random() < 0.8:
+                parts.append(
+                    box((x + wide / 2, 0, z + 0.028), (wide - 0.002, d * 0.7, tall), any_paint(rng))
+                )
+            else:
+                wide = 0.1
+                parts.append(
+                    turned(
+                        [(0.03, 0), (0.045, 0.06), (0.02, 0.12), (0.03, 0.15)],
+                        any_paint(rng),
+                        (x + 0.05, 0, z + 0.028),
+                        10,
+                    )
+                )
+            x += wide + (rng.uniform(0.02, 0.25) if rng.random() < 0.25 else 0.0)
+    low = min(float(part.vertices[:, 2].min()) for part in parts)
+    return Shape(material, [shifted(part, (0, 0, -low)) for part in parts])
+
+
+def folding_screen(rng: Random) -> Shape:
+    """Three to five hinged panels of paper or cloth in frames."""
+    frame, count = any_wood(rng), int(rng.integers(3, 5))
+    w, h = rng.uniform(0.4, 0.5), rng.uniform(1.65, 1.9)
+    fill: Surface = (0.92, 0.90, 0.84) if rng.random() < 0.6 else any_paint(rng)
+    muntins = rng.random() < 0.6
+    parts, x, y = [], -count * w * 0.45, 0.0
+    for i in range(count):
+        turn = 0.4 if i % 2 else -0.4
+        leaf = [box((w / 2, 0, z), (w, 0.025, 0.05), frame) for z in (0.04, h - 0.05)]
+        leaf += [box((at, 0, 0), (0.04, 0.025, h), frame) for at in (0.02, w - 0.02)]
+        leaf.append(box((w / 2, 0, 0.05), (w - 0.04, 0.006, h - 0.08), fill))
+        if muntins:
+            leaf += [
+                box((w / 2, 0, z), (w, 0.012, 0.012), frame) for z in np.linspace(0.3, h - 0.2, 6)
+            ]
+            leaf.append(box((w / 2, 0, 0.05), (0.012, 0.012, h - 0.1), frame))
+        parts += [shifted(part, (x, y, 0), turn) for part in leaf]
+        x, y = x + w * np.cos(turn), y + w * np.sin(turn)
+    return Shape("wooden", parts)
+
+
+def clothes_rack(rng: Random) -> Shape:
+    """A rail on feet with clothes on hangers."""
+    metal = any_metal(rng)
+    w, h = rng.uniform(0.9, 1.3), rng.uniform(1.3, 1.65)
+    parts: list[Part] = []
+    for s in (-1, 1):
+        x = s * w / 2
+        parts += [
+            rod((x, -0.22, 0.03), (x, 0.22, 0.03), 0.014, metal),
+            rod((x, 0, 0.03), (x, 0, h), 0.014, metal),
+        ]
+        parts += [cylinder((x, y, 0), 0.025, 0.03, BLACK, segments=8) for y in (-0.21, 0.21)]
+    parts += [rod((-w / 2, 0, z), (w / 2, 0, z), 0.013, metal) for z in (h, 0.12)]
+    x = -w / 2 + 0.12
+    while x < w / 2 - 0.12 and rng.random() < 0.93:
+        drop, colour = rng.uniform(0.55, 0.95), any_paint(rng)
+        parts.append(rod((x, 0, h), (x, 0, h - 0.08), 0.004, metal, segments=4))
+        parts.append(cushion((x, 0, h - 0.08 - drop), (0.055, 0.42, drop), colour, 0.45, 6))
+        x += rng.uniform(0.06, 0.16)
+    return Shape("metal", parts)

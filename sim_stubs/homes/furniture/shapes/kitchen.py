@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from sim_stubs.homes.furniture.shapes.appliances import casing
 from sim_stubs.homes.furniture.shapes.curved_solids import sheet, shifted, tilted, translucent
-from sim_stubs.homes.furniture.shapes.machines import casing
 from sim_stubs.homes.furniture.shapes.materials import (
     BLACK,
     GLASS,

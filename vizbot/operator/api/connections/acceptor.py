@@ -16,9 +16,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from vizbot.operator.api.connections.head import END, may_be_typed_stop, read_head
+from vizbot.operator.api.connections.head import END, foreign_reason, may_be_typed_stop, read_head
 from vizbot.operator.api.connections.token_bucket import TokenBucket
-from vizbot.operator.api.origin import foreign_reason
 
 QUEUE = 4096
 """Connections that may wait in the kernel; the system may allow fewer."""

@@ -1,0 +1,93 @@
+"""Options that several benchmarks share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from benchmarks.episodes.encoder_scale import EncoderScale
+from vizbot.commands.options import ClipOption, JsonOption
+from vizbot.core.errors import ConfigError
+from vizbot.core.files import require_folder
+from vizbot.core.method import Method
+
+SeedsOption = Annotated[
+    str | None,
+    typer.Option("--seeds", help="Homes, for example 1000,1001; else those of the scoreboard."),
+]
+QuickOption = Annotated[
+    bool, typer.Option("--quick", help="Run a small part, in homes of development: no claim.")
+]
+RowsOption = Annotated[
+    str | None, typer.Option("--rows", help="Rows to drive, for example default; else all.")
+]
+MethodOption = Annotated[
+    Method | None, typer.Option("--method", help="Drive the row of this method.")
+]
+EncoderScaleOption = Annotated[
+    EncoderScale | None,
+    typer.Option(
+        "--encoder-scale",
+        help="Drive the row of cosines like CLIP's, with offsets, or of an unknown scale.",
+    ),
+]
+SettingsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        help="TOML file with settings; else the defaults: results depend on no file that a user"
+        " happens to have.",
+    ),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        help="Folder of the results; else one in runs. Published ones: docs/results/rows.",
+    ),
+]
+
+
+@dataclass(frozen=True, slots=True)
+class BoardOptions:
+    """Options of every benchmark of the scoreboard."""
+
+    seeds: SeedsOption = None
+    quick: QuickOption = False
+    rows: RowsOption = None
+    clip: ClipOption = None
+    config: SettingsOption = None
+    out: OutOption = None
+    as_json: JsonOption = False
+
+
+def folder_for(out: Path | None, default: Path) -> Path:
+    """The folder of --out, else the default.
+
+    Raises:
+        ConfigError: results cannot be written to it, which is said before they are made.
+    """
+    if out is None:
+        return default
+    try:
+        require_folder(out)
+    except OSError as error:
+        raise ConfigError(f"--out {out}: {error.strerror}; give another folder") from error
+    return out
+
+
+def seeds_of(text: str | None) -> tuple[int, ...] | None:
+    """The homes of --seeds; None without it.
+
+    Raises:
+        ConfigError: they are no numbers.
+    """
+    if text is None:
+        return None
+    parts = text.split(",")
+    if not all(part.isascii() and part.isdigit() for part in parts):
+        raise ConfigError(f"--seeds {text!r} are no seeds; give numbers, for example 1000,1001")
+    return tuple(int(part) for part in parts)
