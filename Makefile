@@ -19,7 +19,9 @@ WITH_CUDA := , though no NVIDIA driver is here: $(CPU_INDEX) cannot be reached. 
 PIP_ARGS := --retries 1 --extra-index-url $(CPU_INDEX)
 endif
 endif
-# What `make test` runs; as a default all that takes no long time.
+# Tests of what people who work on the project use; TESTS names a part of either.
+BENCHMARKS := tests/test_benchmarks tests/test_training tests/tools
+PRODUCT := $(filter-out $(BENCHMARKS),$(wildcard tests/test_*) tests/fuzz)
 TESTS ?=
 BIN := .venv/bin
 PAGE := vizbot/operator/page
@@ -31,25 +33,32 @@ TESTED_WITH := espeak-ng $(NODE_WITH)
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
-.PHONY: demo test test-long check install develop lock sbom python system clean
+.PHONY: demo test test-benchmarks test-long check install develop lock sbom python system clean
 
 demo: install
 	@echo "Driving to a yellow chair in a simulated home: a minute or two"
 	$(BIN)/vizbot dry-run "yellow chair" --world 1100
 
-# Tests that are `alone` judge times on the wall clock: they run last, with nothing beside them.
-# pytest's 5 says that TESTS names none of a kind.
-BESIDE := $(BIN)/pytest -n 2 --dist loadfile -q -rs
-ALONE := $(BIN)/pytest -q -rs
-or_none = || [ $$? -eq 5 ]
+# Tests that are `alone` judge times on the wall clock: they run last, with nothing beside them, and their
+# files alone are read. pytest's 5 says that TESTS names none of a kind. What all cost is printed at the end.
+SPENT = .venv/spent/$@
+RUN = $(BIN)/pytest -q -rs --durations=30 --spent $(SPENT)
+alone_in = $(shell grep -rl --include='test_*.py' 'mark\.alone' $(1))
+define tested
+	@rm -f $(SPENT)
+	$(RUN) -n 2 --dist worksteal -m "not alone and $(1)" $(or $(TESTS),$(2)) || [ $$? -eq 5 ]
+	$(if $(or $(TESTS),$(call alone_in,$(2))),$(RUN) -m "alone and $(1)" $(or $(TESTS),$(call alone_in,$(2))) || [ $$? -eq 5 ])
+	@awk '{ used += $$1; took += $$2 } END { printf "make $@: %.0f s of processor in %.0f s\n", used, took }' $(SPENT)
+endef
 
 test: develop
-	$(BESIDE) -m "not alone and not long and not hardware" $(TESTS) $(or_none)
-	$(ALONE) -m "alone and not long and not hardware" $(TESTS) $(or_none)
+	$(call tested,not long and not hardware,$(PRODUCT))
+
+test-benchmarks: develop
+	$(call tested,not long and not hardware,$(BENCHMARKS))
 
 test-long: develop
-	$(BESIDE) -m "not alone and not hardware" $(TESTS) $(or_none)
-	$(ALONE) -m "alone and not hardware" $(TESTS) $(or_none)
+	$(call tested,not hardware,tests)
 
 check: develop .venv/page-tools
 	$(BIN)/ruff check .
@@ -101,7 +110,7 @@ python:
 # System packages only where they are missing. Some are luxuries: without furniture homes get plain shapes,
 # without a browser, what the driver of the browser links to (libatomic1) and a voice, the tests of console
 # and speech are skipped.
-test test-long: LUXURIES += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
+test test-benchmarks test-long: LUXURIES += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
 check: LUXURIES += $(NODE_WITH)
 system:
 	@missing=""; \

@@ -8,19 +8,25 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
+import resource
 import signal
+import time
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 import pytest
+from httpx import create_ssl_context
+from httpx._transports import default as httpx_transports
 from hypothesis import settings
 
 from mapping.clip.reading import Reading
-from tests.helpers.browsing import PATIENCE, chromium
+from tests.helpers.browsing import KEPT_BROWSER, PATIENCE
 from tests.helpers.roomba_host import Host
 from tests.helpers.roomba_rig import Rig
+from tests.helpers.sampling import mark_the_rest_long
 from tests.helpers.scripted_robot import CAMERA, Wall
 from tests.helpers.watched_robot import WatchedRobot
 from vizbot.config import Config
@@ -79,6 +85,14 @@ def signals():
     yield
     for each, handler in before.items():
         signal.signal(each, handler)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def certificates_are_read_once():
+    """A client of httpx would read all authorities' certificates anew, for 0.05 s of processor."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(httpx_transports, "create_ssl_context", cache(create_ssl_context))
+        yield
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -165,16 +179,52 @@ def pipeline_on(mean_colours):
     return build
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def browser():
-    with chromium() as browser:
-        yield browser
+    return KEPT_BROWSER.started()
+
+
+def pytest_runtest_setup(item):
+    if "browser" not in item.fixturenames:
+        KEPT_BROWSER.close()
+
+
+def pytest_sessionfinish():
+    KEPT_BROWSER.close()
 
 
 def pytest_addoption(parser):
     parser.addoption(
         "--pictures", type=Path, metavar="FOLDER", help="where tests leave pictures of the console"
     )
+    parser.addoption(
+        "--spent",
+        type=Path,
+        metavar="FILE",
+        help="where a run adds its seconds, of processor and wall",
+    )
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items):
+    mark_the_rest_long(items)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """What the run and the processes that it waited for took, those of its workers with them."""
+    if hasattr(config, "workerinput"):  # a worker: the run counts it
+        return
+    used = 0.0
+    for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN):
+        usage = resource.getrusage(who)
+        used += usage.ru_utime + usage.ru_stime
+    started = int(Path("/proc/self/stat").read_text().rpartition(")")[2].split()[19])
+    took = time.clock_gettime(time.CLOCK_BOOTTIME) - started / os.sysconf("SC_CLK_TCK")
+    terminalreporter.write_line(f"{used:.0f} s of processor in {took:.0f} s")
+    if config.option.spent:
+        config.option.spent.parent.mkdir(exist_ok=True)
+        with config.option.spent.open("a") as file:
+            file.write(f"{used:.1f} {took:.1f}\n")
 
 
 @pytest.fixture

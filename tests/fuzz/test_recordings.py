@@ -23,7 +23,7 @@ from vizbot.core.errors import ConfigError, VizbotError
 
 SHORT, LONG = 400, 5000
 """Recordings that are spoilt and read."""
-BUILT_SHORT, BUILT_LONG = 30, 600
+BUILT_SHORT, BUILT_LONG = 12, 600
 """Recordings that are spoilt and made to maps."""
 
 
@@ -84,7 +84,7 @@ def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line(tmp_path):
 
 @pytest.mark.long
 def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line_at_length(tmp_path):
-    build(tmp_path, seed=1, count=BUILT_LONG)
+    build(tmp_path, seed=0, count=BUILT_LONG)
 
 
 def png(width, height, pixels):
@@ -103,7 +103,7 @@ def png(width, height, pixels):
 def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(recording, tmp_path):
     folder = tmp_path / "bomb"
     shutil.copytree(recording, folder)
-    packed = zlib.compressobj(9)
+    packed = zlib.compressobj(1)
     row = b"\0" * (1 + 3 * 20_000)
     pixels = b"".join(packed.compress(row) for _ in range(20_000)) + packed.flush()
     (folder / "1.png").write_bytes(png(20_000, 20_000, pixels))

@@ -39,6 +39,31 @@ def chromium(*flags):
         yield browser
 
 
+class KeptBrowser:
+    """A browser that is started once for all tests in a row that want one with the same flags.
+
+    Tests that want none do not meet it: while it runs, this thread has a running event loop.
+    """
+
+    def __init__(self):
+        self._opened, self._flags, self._browser = ExitStack(), (), None
+
+    def started(self, *flags):
+        """The browser with these flags."""
+        if self._browser is None or flags != self._flags:
+            self.close()
+            self._browser, self._flags = self._opened.enter_context(chromium(*flags)), flags
+        return self._browser
+
+    def close(self):
+        """End it; twice is fine."""
+        self._browser = None
+        self._opened.close()
+
+
+KEPT_BROWSER = KeptBrowser()
+
+
 def touch_screen(width, height):
     """Settings of a page on a phone or a tablet of this size [px]."""
     return {"viewport": {"width": width, "height": height}, "is_mobile": True, "has_touch": True}

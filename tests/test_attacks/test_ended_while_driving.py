@@ -30,12 +30,9 @@ COMMANDS = {
 }
 CASES = list(itertools.product(COMMANDS, ENDS, BROKEN))
 QUICK = [
-    ("launch", signal.SIGKILL, "a full disk"),
     ("launch", signal.SIGTERM, "nothing"),
-    ("calibrate", signal.SIGKILL, "a closed pipe"),
     ("calibrate", signal.SIGHUP, "a full disk"),
     ("teleop", signal.SIGKILL, "a closed pipe"),
-    ("teleop", signal.SIGTERM, "nothing"),
 ]
 SOON = 0.5
 """From the signal until the wheels are told to rest for good [s]; their process has 0.3 s."""

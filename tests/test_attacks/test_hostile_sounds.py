@@ -53,16 +53,17 @@ DISGUISES = {
 }
 
 
-@pytest.fixture
-def robot(monkeypatch):
+@pytest.fixture(scope="module")
+def robot():
     """A client of a robot that understands "go to the sofa" whatever is said."""
-    monkeypatch.setattr(LiveMap, "vocabulary", lambda live_map: [])
-    monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
-    monkeypatch.setattr(recordings.Recogniser, "learn", lambda *_: None)
     understood = Utterance("go to the sofa", GoTo(("sofa",)))
-    monkeypatch.setattr(recordings.Recogniser, "hear", lambda *_: understood)
-    with served() as server, DocumentedClient(server.url, timeout=60.0) as http:
-        yield http
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(LiveMap, "vocabulary", lambda live_map: [])
+        patch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
+        patch.setattr(recordings.Recogniser, "learn", lambda *_: None)
+        patch.setattr(recordings.Recogniser, "hear", lambda *_: understood)
+        with served() as server, DocumentedClient(server.url, timeout=60.0) as http:
+            yield http
 
 
 def refusal(robot, content):
@@ -158,6 +159,7 @@ def test_a_description_of_streams_opens_no_socket(robot):
     assert took < DEADLINE
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("disguise", DISGUISES)
 @pytest.mark.parametrize("playlist", PLAYLISTS)
 def test_a_list_of_other_things_is_no_sound(robot, playlist, disguise):

@@ -101,7 +101,7 @@ def wait_until_started(program, alive, parts):
     wait_for(started, pause=0.02)
 
 
-@pytest.mark.parametrize("later", [0.0, 1.0])
+@pytest.mark.parametrize("later", [pytest.param(0.0, marks=pytest.mark.long), 1.0])
 def test_the_drawer_of_a_home_ends_with_a_run_that_is_killed(tmp_path, later):
     with begun([*DRY_RUN, "--world", "1100"], tmp_path) as (program, alive):
         wait_until_started(program, alive, ["plan_process"])

@@ -77,6 +77,7 @@ class Deaf:
         pass
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("kept", [False, True], ids=["no token", "a kept token"])
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("stranger", STRANGERS)

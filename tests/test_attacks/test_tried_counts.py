@@ -45,8 +45,8 @@ def counts(tests):
 SPOILT = len(odd.COMMANDS) * (len(odd.SETTINGS) + len(odd.PATHS))
 TRIED = {
     "something else at the robot's port": lambda: (
+        f"{len(port.STRANGERS)}",
         f"{len(port.STRANGERS)} x {2 * len(port.COMMANDS)}",
-        "",
     ),
     "settings: nested, endless": lambda: (f"{SPOILT} + {len(odd.ARGUMENTS)}", ""),
     "launch, calibrate, teleop killed": lambda: (

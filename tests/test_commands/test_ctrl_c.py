@@ -65,6 +65,7 @@ def amid_a_message(monkeypatch):
     return interrupt_amid_the_next
 
 
+@pytest.mark.sampled("between", "amid")  # the run that serves is interrupted in ctypes
 @pytest.mark.parametrize("where", ["between", "in ctypes", "amid a message"])
 def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(run, tmp_path, monkeypatch, where):
     interrupt = {

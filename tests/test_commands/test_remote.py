@@ -223,6 +223,7 @@ ASKED = {
 }
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("asked", ASKED)
 @pytest.mark.parametrize("status", [200, 404])
 @pytest.mark.parametrize("answer", ANSWERS)

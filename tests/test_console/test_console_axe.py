@@ -52,6 +52,7 @@ PAGES = {
 }
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("settings", PAGES.values(), ids=PAGES)
 @pytest.mark.parametrize("state", STATES, ids=lambda state: state.__name__)
 def test_axe_finds_nothing(open_page, server, robot, state, settings):

@@ -3,8 +3,8 @@
 import pytest
 
 from tests.helpers.browsing import (
+    KEPT_BROWSER,
     MICROPHONE,
-    chromium,
     says,
     stand_in,
     take_lease,
@@ -29,10 +29,9 @@ streams.flatMap((one) => one.getTracks()).filter((track) => track.readyState ===
 """
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def browser():
-    with chromium(*MICROPHONE) as browser:
-        yield browser
+    return KEPT_BROWSER.started(*MICROPHONE)
 
 
 @pytest.fixture

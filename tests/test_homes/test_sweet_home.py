@@ -250,6 +250,7 @@ def test_what_is_no_home_is_told_in_one_line(tmp_path):
         read_world(tmp_path / "home.docx")
 
 
+@pytest.mark.sampled("69500", "x is nan m", "arcExtent", "thickness is")
 @pytest.mark.parametrize(
     ("drawn", "instead", "said"),
     [

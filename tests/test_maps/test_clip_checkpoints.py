@@ -205,6 +205,7 @@ def test_main_with_safetensors_is_taken_without_a_word(tiny, cache, caplog):
     assert caplog.messages == []
 
 
+@pytest.mark.long
 def test_the_papers_own_model_embeds_the_same_from_a_pickle_and_from_safetensors(
     cache, tmp_path, caplog
 ):

@@ -1,5 +1,6 @@
 """A run that begins in the map of another."""
 
+from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from mapping.keyframes.anchors import Keyframes
 from mapping.map_bundle import MapBundle, load, save, with_background
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.depth_mapper import DepthMapper
+from tests.conftest import MeanColours
 from tests.helpers.box_room import T_BASE_CAM, dead_reckoning, lap, render
 from tests.helpers.boxes import LOW_BOX, MOUNT, see
 from tests.helpers.bundles import Encoder, bundle_of
@@ -97,8 +99,9 @@ def test_a_map_of_another_encoder_is_refused_before_anything_is_read():
         Pipeline(None, Encoder("embedded"), Config(), [], saved_map=bundle_of(model_id="ViT-B/32"))
 
 
-@pytest.fixture
-def first_run(mean_colours) -> MapBundle:
+@pytest.fixture(scope="module")
+def kept_run() -> MapBundle:
+    mean_colours = MeanColours()
     path = lap(100)
     wheels = dead_reckoning(path)
     perception = None
@@ -109,6 +112,11 @@ def first_run(mean_colours) -> MapBundle:
         perception.embed(frame, perception.update(frame, wheels[i]))
     perception.finish()
     return perception.bundle()
+
+
+@pytest.fixture
+def first_run(kept_run) -> MapBundle:
+    return deepcopy(kept_run)
 
 
 def test_a_robot_finds_itself_in_a_kept_map_and_maps_on(first_run, mean_colours, tmp_path):

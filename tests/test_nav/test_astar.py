@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from nav.astar import ESCAPE_COST, ESCAPE_RADIUS, exits, plan
 from nav.config import CostmapConfig
 from nav.costmap import Costmap, build_costmap
-from tests.helpers.dijkstra import dijkstra_costs
+from tests.test_nav.dijkstra import dijkstra_costs
 from vizbot.core.types import OccupancyGrid
 
 CONFIG = CostmapConfig()

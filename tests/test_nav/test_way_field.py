@@ -8,7 +8,7 @@ from nav.config import CostmapConfig
 from nav.costmap import LiveCostmap
 from nav.goal_region import goal_region
 from nav.way_field import WayField
-from tests.helpers.dijkstra import dijkstra_costs
+from tests.test_nav.dijkstra import dijkstra_costs
 from vizbot.core.types import OccupancyGrid
 
 CONFIG = CostmapConfig()

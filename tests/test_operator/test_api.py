@@ -330,6 +330,7 @@ BODIES = {
 }
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("path", BODIES)
 @pytest.mark.parametrize("value", NOT_JSON)
 def test_values_that_no_answer_can_hold_are_refused_in_words(http, path, value):

@@ -91,6 +91,7 @@ ASKED = {
 }
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("asked", ASKED)
 @pytest.mark.parametrize("kind", IMPOSTORS)
 def test_a_stranger_at_the_port_is_refused_in_one_line_and_learns_no_token(kind, asked):

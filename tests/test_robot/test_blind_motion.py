@@ -99,6 +99,7 @@ def drive_while_frozen(pipeline, base, felt, tasks):
             asked += step.ended is not None or ticks % 15 == 0
 
 
+@pytest.mark.sampled("nothing", "virtual wall", "overcurrent", "edge in Passive", "dock and bumper")
 @pytest.mark.parametrize("name", FROZEN)
 def test_no_behaviour_drives_far_backwards_while_the_sensors_are_frozen(pipeline_on, name):
     base = FrozenBase()
@@ -122,7 +123,7 @@ def frozen_in_turn(examples):
     )  # fmt: skip
 
 
-@frozen_in_turn(10)
+@frozen_in_turn(4)
 def test_nor_does_any_while_they_freeze_in_turn(pipeline_on, felt, tasks, turns, resume_safe):
     base = FrozenBase(turns=turns)
     drive_while_frozen(pipeline_on(base, resume_safe=resume_safe), base, felt, tasks)

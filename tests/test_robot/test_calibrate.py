@@ -55,15 +55,10 @@ def on_free_floor(world: World, seed: int) -> None:
             return
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("seed", "home"),
-    [
-        (300, "30"),
-        *(
-            pytest.param(seed, home, marks=pytest.mark.long)
-            for seed, home in ((301, "31"), (302, "32"), (303, "33"), (304, "34"))
-        ),
-    ],
+    [(300, "30"), (301, "31"), (302, "32"), (303, "33"), (304, "34")],
 )
 def test_wheels_and_mount_are_found_from_what_the_robot_sees(seed, home):
     simulated, believed = wrong_robot(seed)
@@ -105,6 +100,7 @@ def counted_twice(sample: Sample) -> Sample:
 def test_it_stops_where_something_is_in_its_way(monkeypatch):
     config, ahead = Config(), {Leg.AHEAD: (Twist(0.25, 0.0), 10.0)}
     monkeypatch.setattr("vizbot.calibration.drive._DRIVE", ahead)
+    monkeypatch.setattr("vizbot.calibration.drive._REST", 0.3)
     with Rig(config, "sim", "sim", "3") as rig:
         with pytest.raises(DeviceError, match="something in its way; put the robot where 2 m"):
             record(rig.devices, config, lambda _: None)

@@ -144,6 +144,7 @@ def drive(seed, steps=STEPS):
                 done, ended = done + 1, step.ended or step.question  # whom nobody answers
 
 
+@pytest.mark.sampled("0", "1")
 @pytest.mark.parametrize("seed", range(5))
 def test_no_behaviours_go_round_in_a_circle(seed):
     drive(seed)

@@ -90,6 +90,7 @@ def test_no_byte_that_is_lost_of_any_command_rolls_it_farther_or_costs_what_was_
             assert there < wanted + 2 * FASTEST * PERIOD, number
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("place", [5, 6, 7, 8])
 @pytest.mark.parametrize("bit", range(8))
 def test_a_speed_that_is_spoilt_on_the_way_stops_the_base_within_two_periods(place, bit):
@@ -104,6 +105,7 @@ def test_a_speed_that_is_spoilt_on_the_way_stops_the_base_within_two_periods(pla
         assert rig.floor.speeds == (0.25, 0.25)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("place", range(9))
 @pytest.mark.parametrize("bit", range(8))
 def test_whatever_bit_is_spoilt_the_base_can_be_stopped(place, bit):

@@ -68,6 +68,7 @@ def resumed(
     return again
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("start", [12, 50, 83])
 @pytest.mark.parametrize("wheels", [False, True])
 def test_in_a_saved_map_a_camera_recognises_where_it_is(

@@ -51,6 +51,11 @@ def seen(shown: Sequence[RGBDFrame], lit: Sequence[RGBDFrame], gyro: str) -> lis
     return told
 
 
+# Each sensor fails alone, then two and three of them at once.
+@pytest.mark.sampled(
+    "right-right", "right-missing-right", "right-slipping-right", "right-stuck-right",
+    "dark-slipping-right", "frozen-missing-lying",
+)  # fmt: skip
 @pytest.mark.parametrize(("images", "wheels", "gyro"), [*product(IMAGES, WHEELS, GYRO)])
 def test_sensors_that_fail_for_a_while_leave_no_error_behind(
     frames: dict[str, list[RGBDFrame]], images: str, wheels: str, gyro: str

@@ -396,6 +396,7 @@ def test_no_pattern_repeats_a_choice_without_end(code):
     assert found == []
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("code", languages())
 @pytest.mark.parametrize(
     "part",
