@@ -21,6 +21,7 @@ from sim_stubs.world.world_file import read_world
 from sim_stubs.world.world_spec import is_bare, seed_of
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
+from vizbot.rehearsal.config import RehearsalConfig
 
 FIRST_HOME = 1000
 """Seed of the first benchmark home; homes are taken in order and none is skipped."""
@@ -46,7 +47,7 @@ def survey(name: Home) -> HomeGoals:
     are drawn so that it can.
     """
     house, seed = house_of(name), seed_of_home(name)
-    with World(house, Config().world, seed=seed) as world:
+    with World(house, RehearsalConfig().world, seed=seed) as world:
         goals = tuple(goals_of(world))
         if isinstance(name, str):
             goals = tuple(g for g in goals if start_for(house, g, np.random.default_rng(seed)))

@@ -214,6 +214,7 @@ class AtOnce:
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
         self.now, self.sleep, self.repeat = clock.now, clock.sleep, clock.repeat
+        self.simulated = clock.simulated
 
     def start(self, work: Callable[[], T], latency: float) -> Pending[T]:
         """Do `work`."""
