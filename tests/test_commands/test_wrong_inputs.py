@@ -59,7 +59,7 @@ CONFIG = """
     no-list | scales = 1 | must be a list
     empty-list | scales = [] | at least 1
     method | objectnav.method = 'magic' | 'belief' or 'paper'
-    sure | sure = 1.0 | less than 1
+    sure | arrival_probability_early = 1.0 | less than 1
     reach | extent | must be given
 """
 """Each settings file, and words of the line that refuses it."""
