@@ -214,10 +214,7 @@ def with_method(config: Config, method: Method) -> Config:
 def load_config(path: Path | None, clip: str | None = None, method: Method | None = None) -> Config:
     """Read a TOML file; None gives the defaults.
 
-    Args:
-        path: The file.
-        clip: Encoder instead of the file's own.
-        method: Method of search instead of the file's own.
+    `clip` and `method` replace the file's own.
 
     Raises:
         ConfigError: the file is missing, is not TOML, or has a wrong key or value, or one by its

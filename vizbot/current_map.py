@@ -52,13 +52,7 @@ class CurrentMap:
     """
 
     def __init__(self, number: int, saved: MapBundle | None, config: Config) -> None:
-        """Begin without a frame.
-
-        Args:
-            number: From 0; counts the maps of this run.
-            saved: The map to continue, or None.
-            config: Settings of all parts.
-        """
+        """Begin map `number` (from 0) of this run; `saved` is one to continue, or None."""
         self.number = number
         self.saved = saved
         self.keep_out: tuple[NDArray[np.float32], ...] = () if saved is None else saved.keep_out

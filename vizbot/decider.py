@@ -92,12 +92,8 @@ class Decider:
     ) -> Decision:
         """What to do in this step.
 
-        Args:
-            task: What is to be done; a goal was observed by the search of the map.
-            tracked: What is seen.
-            current: The map that the robot is in.
-            grid: Its obstacles.
-            urgent: What comes before the task, as of `before_task`.
+        A goal was observed by the search of the map; `urgent` comes before the task, as of
+        `before_task`.
         """
         if urgent is not None:
             current.interrupt()

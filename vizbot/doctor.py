@@ -105,11 +105,8 @@ class _Trial:
 def examine(config: Config, clock: Clock, folder: Path, rehearsal: bool = False) -> list[Finding]:
     """Run all checks at once.
 
-    Args:
-        config: Settings of the launch that is to be checked.
-        clock: The wall clock.
-        folder: The folder that holds the folders of runs.
-        rehearsal: Whether the rehearsal encoder was asked for by its name.
+    `folder` holds the folders of runs; `rehearsal`: the rehearsal encoder was asked for by its
+    name.
     """
     trial = _Trial()
     checks: dict[str, Check] = {

@@ -260,12 +260,7 @@ def require_mix(camera: str, base: str) -> None:
 
 
 def open_base(config: Config, clock: WallClock, opened: ExitStack) -> Base:
-    """A base without a camera, on the wall clock.
-
-    Args:
-        config: Settings, with the serial port.
-        clock: The clock of the run.
-        opened: Closes the base.
+    """A base without a camera, on the wall clock; `opened` closes it.
 
     Raises:
         DeviceError: the base is missing or does not answer.

@@ -22,12 +22,7 @@ class CasterWheel:
         self._warned = False
 
     def observe(self, state: BaseState, *, ahead: bool) -> None:
-        """Update with a sensor frame.
-
-        Args:
-            state: Of the base.
-            ahead: Whether the driven wheels are commanded to roll straight ahead, and do.
-        """
+        """Update; `ahead`: the driven wheels are commanded to roll straight ahead, and do."""
         if state.rolls:
             self._warned = False
         if not ahead or state.blocked or state.rolls is not False:

@@ -63,13 +63,7 @@ class RoombaControl:
     """
 
     def __init__(self, name: str, config: RoombaConfig, now: float) -> None:
-        """Request Safe mode for as long as a base may take to start.
-
-        Args:
-            name: Of the port, for messages.
-            config: Limits.
-            now: Time [s].
-        """
+        """Request Safe mode for as long as a base may take to start, from `now` [s] on."""
         self.state: BaseState | None = None
         self.mode_offset = config.mode_offset
         self._name = name

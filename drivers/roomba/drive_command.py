@@ -69,12 +69,7 @@ def within_limits(right: float, left: float, config: RoombaConfig) -> tuple[int,
 
 
 def drive_command(right: int, left: int) -> bytes:
-    """Drive Direct, behind what completes a command that a lost byte left open.
-
-    Args:
-        right: `harmless` speed [mm/s].
-        left: Likewise.
-    """
+    """Drive Direct at `harmless` speeds [mm/s], behind the rest of a command cut by a lost byte."""
     return COMPLETION + encode(Opcode.DRIVE_DIRECT, right, left)
 
 

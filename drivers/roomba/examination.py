@@ -50,10 +50,7 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
 
     It is left in Passive or Off mode, in which it charges.
 
-    Args:
-        port: Open; it stays the caller's to close.
-        clock: Time of the port.
-        seconds: How long to listen.
+    The open port stays the caller's to close.
 
     Raises:
         OSError: the port is gone.

@@ -79,13 +79,7 @@ class OiModeKeeper:
     """
 
     def __init__(self, name: str, config: RoombaConfig, now: float) -> None:
-        """Request the mode for as long as a base may take to start.
-
-        Args:
-            name: Of the port, for messages.
-            config: Limits.
-            now: Time [s].
-        """
+        """Request the mode for as long as a base may take to start, from `now` [s] on."""
         self.goal = BaseMode.FULL if config.full_mode else BaseMode.SAFE
         self.woken_at = -math.inf
         self.maybe_moved = False

@@ -49,12 +49,7 @@ def _frame_layout(ids: tuple[int, ...]) -> _FrameLayout:
 def encode_sensor_frame(
     ids: Iterable[int], values: Mapping[Packet, int], unlimited: Packet | None = None
 ) -> bytes:
-    """One frame with the packets or groups `ids`.
-
-    Args:
-        ids: Packets or groups.
-        values: Of all their packets.
-        unlimited: A packet that may have any value that fits its bytes.
+    """One frame with packets or groups `ids`; `unlimited` has any value that fits its bytes.
 
     Raises:
         ValueError: an id is unknown, a value is out of range, or the frame holds over 255 bytes.

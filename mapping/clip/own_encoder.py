@@ -61,10 +61,7 @@ def require_module(name: str) -> None:
 
 
 def open_class(name: str) -> ClipEncoder:
-    """An encoder of the class that is named, made without arguments.
-
-    Args:
-        name: `MODULE:CLASS`.
+    """An encoder of the class that `MODULE:CLASS` names, made without arguments.
 
     Raises:
         ConfigError: there is no such class, it cannot be made, or it does not keep the contract.

@@ -129,11 +129,7 @@ class PlaceMap:
         self._cameras_keyframe.add_same(T_keyframe_cam[:3, 3].astype(np.float32), count)
 
     def placed(self, keyframe_poses: Mapping[int, SE3]) -> PlacedRows:
-        """Where the rows are now.
-
-        Args:
-            keyframe_poses: T_map_cam of every keyframe.
-        """
+        """Where the rows are now, by T_map_cam of every keyframe."""
         rows, known = self.rows, len(self._places)
         again = [
             keyframe

@@ -71,11 +71,7 @@ class DepthMapper:
     """The obstacle map as it grows; `map` has its floor at z = 0."""
 
     def __init__(self, config: DepthMapperConfig, saved: OccupancyGrid | None = None) -> None:
-        """Start empty, or in a saved map.
-
-        Args:
-            config: Cells and evidence.
-            saved: A saved map, which moves with no keyframe.
+        """Start empty, or in a saved map, which moves with no keyframe.
 
         Raises:
             MapError: its cells have another size.
@@ -143,10 +139,7 @@ class DepthMapper:
         Depth never clears them; only the robot's own footprint does (`mark_free`), and
         `forget_touched` those that were only touched.
 
-        Args:
-            T_map_base: Where the robot is.
-            points: Where the obstacles are.
-            touched: Whether the bumper touched them, so that they may move away; an edge does not.
+        What the bumper `touched` may move away; an edge does not.
         """
         on_floor = np.column_stack([points, np.zeros(len(points))])
         for p_map in transform(T_map_base, on_floor):

@@ -56,14 +56,7 @@ def relative_pose(
 ) -> RelativePose | None:
     """Pose of a camera in a keyframe's camera; None when too few matches agree.
 
-    Args:
-        keyframe: Corners of the keyframe.
-        features: Corners of the other image.
-        T_keyframe_cam: Prediction, which guides the search for matches.
-        radius: Of that search [px].
-        intrinsics: Of both images.
-        feature_config: Limits of a match.
-        config: Limits of a pose.
+    The prediction `T_keyframe_cam` guides the search for matches, within `radius` [px].
     """
 
     def matched(T: SE3, within: float) -> Matches:

@@ -43,12 +43,7 @@ class ScanMatch:
 def match_scan(
     around: OccupancyGrid, known: OccupancyGrid, config: ScanMatchConfig
 ) -> ScanMatch | None:
-    """Find the pose of a local grid in a known map.
-
-    Args:
-        around: The local grid; the robot stands at its origin, or near.
-        known: The map.
-        config: The comparison.
+    """Find the pose of a local grid, with the robot at or near its origin, in a known map.
 
     Returns:
         None if the local grid has no obstacle.

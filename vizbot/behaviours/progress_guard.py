@@ -146,13 +146,8 @@ class ProgressGuard:
     ) -> Decision:
         """The decision of a step; another one where nothing comes of such decisions.
 
-        Args:
-            decision: What was decided, by whatever behaviour.
-            task: What it was decided for.
-            aim_xy: (2,) what the robot is on its way to, in `map` [m]; None without a path.
-            T_map_base: Where the robot is.
-            area: How much floor was seen so far [m^2].
-            now: Time of the run's clock [s].
+        The robot is on its way to `aim_xy` (2,) in `map` [m], None without a path; it has seen
+        `area` [m^2] of floor at `now` [s].
         """
         if self._account is None or self._account.task is not task:
             self._account = _Account(task)

@@ -27,11 +27,8 @@ class SecondTry:
     ) -> Decision:
         """The decision; where it would end the task in vain, a step that lets it go on instead.
 
-        Args:
-            decision: What was decided for the task.
-            task: The task.
-            mapper: Knows what was touched.
-            frontiers: What was given up because of it is open again.
+        `mapper` knows what was touched; `frontiers` that were given up because of it are open
+        again.
         """
         if decision.ended is None or decision.ended[0] not in IN_VAIN:
             return decision

@@ -38,13 +38,7 @@ class ShortMotion:
         self._heading = 0.0
 
     def decide(self, move: ShortMove, T_map_base: SE3, grid: OccupancyGrid) -> Decision:
-        """What to do in this step of a move.
-
-        Args:
-            move: Another object than before begins anew.
-            T_map_base: Where the robot is.
-            grid: The obstacle map, with its zones.
-        """
+        """What to do in this step of a move; another `move` object than before begins anew."""
         yaw = yaw_of(T_map_base)
         if move is not self._move:
             self._move, self._turned, self._yaw = move, 0.0, yaw

@@ -37,25 +37,14 @@ class StepMotion:
         self._commanded = np.zeros(2)
 
     def begin(self, decision: Decision, T_map_base: SE3, stamp: float) -> Twist:
-        """The twist of a new step.
-
-        Args:
-            decision: What is decided in the step.
-            T_map_base: Where the robot is.
-            stamp: Stamp of the frame [s].
-        """
+        """The twist of a new step, decided at a frame's `stamp` [s]."""
         self._begun = decision, T_map_base
         self._twist, self._commanded_at = decision.twist, stamp
         self._commanded = np.zeros(2)
         return decision.twist
 
     def next_twist(self, T_map_base: SE3, stamp: float) -> Twist | None:
-        """The twist until the next frame; None when the next step is due.
-
-        Args:
-            T_map_base: Where the robot is.
-            stamp: Stamp of the frame [s].
-        """
+        """The twist from `stamp` [s] to the next frame; None when the next step is due."""
         if self._begun is None:
             return None
         decision, T_map_begun = self._begun

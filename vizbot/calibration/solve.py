@@ -56,11 +56,7 @@ class Calibration:
 
 
 def solve(samples: Sequence[Sample], config: Config) -> Calibration:
-    """Compute mount, wheels and gyroscope bias from a drive.
-
-    Args:
-        samples: The samples of `record`.
-        config: The settings they were recorded with.
+    """Compute mount, wheels and gyroscope bias from the samples of `record` and its settings.
 
     Raises:
         DeviceError: too few frames were posed from images or show the floor, the gyroscope turned

@@ -112,12 +112,7 @@ class CommandSender:
 
 
 def obey(utterance: Utterance, robot: Robot | None, *, quiet: bool = False) -> None:
-    """Print what was understood, and have the robot do it.
-
-    Args:
-        utterance: What was said.
-        robot: The robot that obeys; None where the command is only printed.
-        quiet: Print nothing.
+    """Print what was understood, unless `quiet`, and have the robot do it; None only prints.
 
     Raises:
         DeviceError: the robot does not answer or refuses.

@@ -133,12 +133,8 @@ def open_run(
     Once its devices are open an interrupt ends it between two frames alone, and after it the
     folder is written and the devices are closed.
 
-    Args:
-        plan: As checked.
-        choice: The devices.
-        serve: Whether people may ask and drive by hand.
-        score: Whether goals are judged, where a base drives in a simulated world.
-        world: The plan of the simulated world, under way; None where it is not.
+    With `serve` people may ask and drive by hand; with `score` goals are judged, where a base
+    drives in a simulated world. `world` is the plan of that, under way; None where it is not.
 
     Raises:
         VizbotError: a device is missing, the encoder has no weights here, the folder cannot be

@@ -91,13 +91,7 @@ class BeliefSearch:
     def __init__(
         self, config: Config, frontiers: FrontierSearch, parts: SearchParts = ALL_PARTS
     ) -> None:
-        """Start idle.
-
-        Args:
-            config: Settings of the robot.
-            frontiers: What the camera has looked at.
-            parts: What it has.
-        """
+        """Start idle."""
         self._parts = parts
         self._config, self._search = config, config.objectnav.search
         self._frontiers = frontiers
@@ -132,13 +126,9 @@ class BeliefSearch:
         return self.go(goal, self._belief, grid, T_map_base)
 
     def belief_of(self, goal: Goal, question: Query) -> Belief:
-        """The belief for a goal, which outlives the search for it.
+        """The belief for a goal, which outlives the search; `question` has the encoder's log odds.
 
         The goal that was asked for least recently is forgotten where there are too many.
-
-        Args:
-            goal: What is looked for.
-            question: The same with the log odds of the encoder.
         """
         belief = self._beliefs.pop(goal.text, None)
         if belief is None:
@@ -203,14 +193,7 @@ class BeliefSearch:
         return next(iter(believed_places(goal, perception, belief, place_xy)), None)
 
     def go(self, goal: Goal, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
-        """Do one step.
-
-        Args:
-            goal: One other than that of the step before begins a new search.
-            belief: Where the goal is believed to be, as judged.
-            grid: The obstacle map.
-            T_map_base: Where the robot is.
-        """
+        """Do one step; another `goal` than in the step before begins a new search."""
         if goal is not self.goal:
             self.goal, self._steps = goal, 0
             self._looks, self._aim, self.answer_xy = Looks(), None, None

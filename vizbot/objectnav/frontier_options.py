@@ -34,26 +34,13 @@ class FrontierOptions:
     """Likeness that counts at a frontier, at most [standard deviations]."""
 
     def __init__(self, config: Config, frontiers: FrontierSearch, *, likeness: bool) -> None:
-        """Create it.
-
-        Args:
-            config: Settings of the robot.
-            frontiers: What the camera has looked at.
-            likeness: Whether what was seen beside a frontier counts.
-        """
+        """Create it; with `likeness` what was seen beside a frontier counts."""
         self._config, self._frontiers, self._counts_likeness = config, frontiers, likeness
 
     def options(
         self, belief: PlaceBelief, costmap: Costmap, ways: WayField, T_map_base: SE3
     ) -> list[Option]:
-        """The frontiers that can be reached and may show what is asked for.
-
-        Args:
-            belief: Where the goal is believed to be.
-            costmap: Where the robot may be.
-            ways: From where the robot is.
-            T_map_base: Where that is.
-        """
+        """The frontiers that can be reached and may show what is asked for."""
         grid, settings = costmap.grid, self._config.navigator
         points_xy, areas = self._frontiers.options(grid, settings.costmap, self.GAIN_REACH)
         stand_off = self._config.frontier.stand_off

@@ -221,14 +221,7 @@ class PaperSearch:
     def go(
         self, goal: Goal, sightings: Sightings, grid: OccupancyGrid, T_map_base: SE3
     ) -> Decision:
-        """Do one step of the search for `goal`.
-
-        Args:
-            goal: What to look for, and theta.
-            sightings: Elements of the CLIP map with their similarities to the goal.
-            grid: The obstacle map.
-            T_map_base: Where the robot is.
-        """
+        """Do one step of the search for `goal`; `sightings` have their similarities to it."""
         action = decide(
             sightings,
             goal.threshold,

@@ -29,27 +29,14 @@ class PlaceOptions:
     """Values each place by its probability, and by how often it was looked at in vain."""
 
     def __init__(self, config: Config, parts: SearchParts) -> None:
-        """Create it.
-
-        Args:
-            config: Settings of the robot.
-            parts: What the search has.
-        """
+        """Create it."""
         self._doubt, self._most_looks = config.objectnav.search.rejection_factor, parts.most_looks
         self._within = REACH.distance - config.navigator.reach_margin
 
     def options(
         self, belief: PlaceBelief, costmap: Costmap, ways: WayField, looks: Looks, aim: Aim | None
     ) -> list[Option]:
-        """The likeliest places that can be looked at, apart from one another.
-
-        Args:
-            belief: Where the goal is believed to be.
-            costmap: Where the robot may be.
-            ways: From where it is.
-            looks: What it has looked at.
-            aim: What it does now, with a spot that it keeps to.
-        """
+        """The likeliest places to look at, apart from one another; `aim` keeps to its spot."""
         rows, columns = np.nonzero(belief.probabilities >= LEAST)
         places_xy, probabilities = belief.xy(rows, columns), belief.probabilities[rows, columns]
         counts = looks.counts(places_xy)

@@ -218,11 +218,7 @@ class Watchdog:
 
 
 def _raise_priority(priority: int) -> None:
-    """Ask the system to run this process before others; without the right to it goes on as is.
-
-    Args:
-        priority: Real-time priority.
-    """
+    """Ask for a real-time priority for this process; without the right to it goes on as is."""
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError:

@@ -83,10 +83,7 @@ class ImageSettings(BaseModel):
 
 
 def require_plausible(config: Any) -> None:
-    """Refuse sizes that no CLIP has, 16 times those of the largest one.
-
-    Args:
-        config: The content of `config.json`.
+    """Refuse sizes in a `config.json` that no CLIP has, 16 times those of the largest one.
 
     Raises:
         ValueError: a size is none, or too large.

@@ -30,11 +30,7 @@ class Snapshot:
 
 
 def snapshots_of(source: str) -> list[Snapshot]:
-    """Revisions of a model of the hub: the main one, others that have a name, then the newest.
-
-    Args:
-        source: The model's name on the hub.
-    """
+    """Revisions of a model by its hub name: the main one, those with a name, then the newest."""
     from huggingface_hub import constants
     from huggingface_hub.file_download import repo_folder_name
 

@@ -44,13 +44,7 @@ def seen_devices() -> dict[str, Seen]:
 
 
 def robot_file(tables: Sequence[Table], devices: Mapping[str, Seen], *, every: bool) -> str:
-    """The text of the file.
-
-    Args:
-        tables: All settings.
-        devices: What was seen, by the setting that names it.
-        every: Write advanced settings, too.
-    """
+    """The text of the file, with `devices` by the setting that names each."""
     parts = [_BEGINNING]
     for table in tables:
         if table.heading.startswith("[["):

@@ -26,13 +26,7 @@ class Authorization:
     """
 
     def __init__(self, link: HttpLink, given: str | None, kept: str | None) -> None:
-        """Create it without sending anything.
-
-        Args:
-            link: To the robot; its owner closes it.
-            given: Is sent as it is; None for none.
-            kept: Counts where none is given; None for none.
-        """
+        """Create it, sending nothing; a `given` token is sent as it is, else `kept` counts."""
         self._link = link
         self._given = given
         self._kept = kept if given is None else None
@@ -50,10 +44,7 @@ class Authorization:
         return self._given is None and self._kept is None
 
     def headers(self, *, anew: bool = False) -> dict[str, str]:
-        """The headers of a request.
-
-        Args:
-            anew: Have the server prove itself again, because it was launched again.
+        """The headers of a request; `anew` has a server that was launched again prove itself again.
 
         Raises:
             ConfigError: the token is none that a robot may have.

@@ -41,11 +41,7 @@ class HttpLink:
     """
 
     def __init__(self, url: str, transport: httpx.BaseTransport | None = None) -> None:
-        """Create it without sending anything.
-
-        Args:
-            url: As `launch` shows it.
-            transport: Stands in for the network in tests.
+        """Create it without sending anything; in tests `transport` stands in for the network.
 
         Raises:
             ConfigError: the URL is not valid.

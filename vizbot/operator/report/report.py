@@ -50,12 +50,7 @@ class Report:
     """
 
     def __init__(self, folder: Path, notice: str | None) -> None:
-        """Begin the video `run.webm` in `folder`.
-
-        Args:
-            folder: The run's folder.
-            notice: What must be said wherever the encoder answers; None for nothing.
-        """
+        """Begin the video `run.webm`; `notice` is said wherever the encoder answers."""
         self._folder = folder
         self._notice = notice
         self._track = Track()

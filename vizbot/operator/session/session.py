@@ -55,12 +55,7 @@ class OperatorSession:
     def __init__(
         self, robot: SharedRobot | None = None, now: Callable[[], float] = time.monotonic
     ) -> None:
-        """Create it without tasks.
-
-        Args:
-            robot: The robot; None for one without a base that keeps nothing.
-            now: Time of the wall clock [s].
-        """
+        """Create it without tasks; `robot` None has no base and keeps nothing."""
         self._now = now
         self._lock = threading.Lock()
         self._orders = threading.RLock()
@@ -262,11 +257,7 @@ class OperatorSession:
         self.log.write_stop(f"stopped by {who}")
 
     def call_off(self, goals: Collection[str], who: str) -> list[str]:
-        """Call off some of the goals that were asked for; the others stay.
-
-        Returns:
-            Those that were called off, in the queue's words.
-        """
+        """Call off some goals, and return them in the queue's words; the others stay."""
         texts = {goal.casefold() for goal in goals}
         called_off = self._call_off(lambda task: task.text.casefold() in texts, who)
         return [task.text for task in called_off]

@@ -51,12 +51,7 @@ class BoundedListener(socket.socket):
     """
 
     def __init__(self, channel: socket.socket, now: Callable[[], float] = time.monotonic) -> None:
-        """Take over this process's end of the channel to the acceptor.
-
-        Args:
-            channel: Unix stream socket; it must not be used any more.
-            now: Reads the time [s].
-        """
+        """Take over this process's end of the channel to the acceptor, a Unix stream socket."""
         super().__init__(fileno=channel.detach())
         self._now = now
         self._open: dict[tuple[str, int], _Connection] = {}
