@@ -12,11 +12,9 @@ from mapping.map_bundle import MapBundle
 from mapping.map_snapshot import MapSnapshot
 from nav.look_around import LookAround
 from vizbot.behaviours.docking import HomePlaces
-from vizbot.behaviours.progress_guard import ProgressGuard
+from vizbot.behaviours.progress_guard import ProgressGuard, SecondTry
 from vizbot.behaviours.safety import GyroSettling, SafetyBehaviours
-from vizbot.behaviours.second_try import SecondTry
-from vizbot.behaviours.short_motion import ShortMotion
-from vizbot.behaviours.step_motion import StepMotion
+from vizbot.behaviours.short_motion import ShortMotion, StepMotion
 from vizbot.behaviours.waypoint_drive import WaypointDrive
 from vizbot.config import Config
 from vizbot.core.geometry import invert

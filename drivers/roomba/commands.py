@@ -97,28 +97,6 @@ class Days(IntFlag):
     SATURDAY = 64
 
 
-class SchedulingLeds(IntFlag):
-    """Second argument of Scheduling LEDs (page 16)."""
-
-    COLON = 1
-    PM = 2
-    AM = 4
-    CLOCK = 8
-    SCHEDULE = 16
-
-
-class Segments(IntFlag):
-    """Each argument of Digit LEDs Raw (page 17)."""
-
-    TOP = 1
-    UPPER_RIGHT = 2
-    LOWER_RIGHT = 4
-    BOTTOM = 8
-    LOWER_LEFT = 16
-    UPPER_LEFT = 32
-    MIDDLE = 64
-
-
 @dataclass(frozen=True, slots=True)
 class Argument:
     """One argument of a command.
@@ -187,8 +165,8 @@ def _layouts() -> dict[Opcode, CommandLayout]:
         Opcode.STREAM: CommandLayout((), (packet,), 255),
         Opcode.QUERY_LIST: CommandLayout((), (packet,), 255),
         Opcode.PAUSE_RESUME_STREAM: CommandLayout((_number("state", 0, 1),)),
-        Opcode.SCHEDULING_LEDS: CommandLayout((_bits("days", Days), _bits("LEDs", SchedulingLeds))),
-        Opcode.DIGIT_LEDS_RAW: CommandLayout((_bits("segments", Segments),) * 4),
+        Opcode.SCHEDULING_LEDS: CommandLayout((_bits("days", Days), _number("LEDs", 0, 31))),
+        Opcode.DIGIT_LEDS_RAW: CommandLayout((_number("segments", 0, 127),) * 4),
         Opcode.DIGIT_LEDS_ASCII: CommandLayout((_number("character", 32, 126),) * 4),
         Opcode.BUTTONS: CommandLayout((_bits("buttons", Buttons),)),
         Opcode.SCHEDULE: CommandLayout((_bits("days", Days), *time * 7)),

@@ -14,24 +14,22 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from drivers.roomba.caster_wheel import CasterWheel
 from drivers.roomba.commands import Opcode, encode
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.drive_command import (
     COMPLETION,
     SURE_STOP,
     CommandedSpeeds,
+    allowed,
     drive_command,
     within_limits,
 )
 from drivers.roomba.feedback import show_feedback
-from drivers.roomba.odd_values import OddValues
-from drivers.roomba.odometry import WheelOdometry, without_reversal
+from drivers.roomba.odometry import CasterWheel, WheelOdometry, without_reversal
 from drivers.roomba.oi_mode import AT_ONCE, REST_BY_FORCE, RETRY_PERIOD, OiModeKeeper
 from drivers.roomba.packets import Packet
-from drivers.roomba.reflexes import allowed
 from drivers.roomba.state import STREAMED, base_state
-from drivers.roomba.stream import StreamParser
+from drivers.roomba.stream import OddValues, StreamParser
 from vizbot.core.diff_drive import wheel_speeds, within_wheel_limit
 from vizbot.core.types import STOP, BaseMode, BaseState, Button, Feedback, Twist
 

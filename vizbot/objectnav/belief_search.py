@@ -32,10 +32,15 @@ from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav import reasons
 from vizbot.objectnav.candidates import NOTHING_SEEN, believed_places, question_of, scores_of
-from vizbot.objectnav.frontier_options import FrontierOptions
 from vizbot.objectnav.looks import APART, RINGS, Looks, Turns
 from vizbot.objectnav.option import Aim, Option
-from vizbot.objectnav.place_options import REACH, ROOM_REACH, PlaceOptions, fronts_of
+from vizbot.objectnav.place_options import (
+    REACH,
+    ROOM_REACH,
+    FrontierOptions,
+    PlaceOptions,
+    fronts_of,
+)
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.objectnav.verdicts import Verdicts

@@ -6,8 +6,7 @@ import json
 from pathlib import Path
 
 from vizbot.commands.config.discovery import load_settings, settings_file, with_rehearsal
-from vizbot.commands.config.settings_page import settings_page
-from vizbot.commands.config.settings_table import all_tables, settings_schema
+from vizbot.commands.config.settings_table import all_tables, settings_page, settings_schema
 from vizbot.config import settings_toml
 from vizbot.core.files import require_new, write_whole
 from vizbot.operator.printing import echo
