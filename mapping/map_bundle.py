@@ -70,7 +70,6 @@ class MapBundle:
 
     Attributes:
         model_id: Of the encoder that made the elements.
-        intrinsics: Of the camera.
         T_base_cam: Mount of the camera on the base.
         keyframes: What all else is anchored to.
         views: Corners of the keyframes.
@@ -78,9 +77,7 @@ class MapBundle:
         statistics: What each element has in common with the background phrases (N, 2), as of
             `Background.statistics`; None where that is not known.
         places: Views of places.
-        grid: The obstacle map.
         cloud: Coloured points, for display.
-        trajectory: Of the camera.
         created: When the run ended, UTC.
         notice: Warning that the encoder gives with its results; None for none.
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that the robot must not enter.

@@ -24,7 +24,6 @@ class Costmap:
         clearance: (rows, cols) float32, from the cell's centre to the edge of the nearest occupied
             cell [m]; 0 in one. Where that has no effect on the cost it may be larger, up to inf.
         to_zone: (rows, cols) float32, as `clearance`, to the nearest keep-out zone; None without.
-        config: The settings they were made with.
         least: The least cost; inf where all cells are closed.
     """
 

@@ -151,7 +151,6 @@ class FrontierSearch:
     """Drives from frontier to frontier, and keeps the explored area.
 
     Attributes:
-        explored: The explored area.
         frontiers_xy: (F, 2) a point on each frontier with enough gain, in `map` [m], as of the last
             search for one.
         seen_share: Share of the floor that was seen, 0 to 1, as of that search; None before one.
@@ -189,17 +188,10 @@ class FrontierSearch:
         navigator: NavigatorConfig,
         previous: Navigation | None,
     ) -> Navigation | None:
-        """Act towards the cheapest frontier.
+        """Act towards the cheapest frontier; None when none is left that can be reached.
 
-        Args:
-            grid: The obstacle map.
-            costmap: That of `grid`, with a frame, as of `LiveCostmap`.
-            T_map_base: Where the base is.
-            navigator: How the robot drives.
-            previous: The answer one tick before; None at first and after a stop.
-
-        Returns:
-            None when no frontier is left that can be reached.
+        `costmap` is that of `grid`, with a frame, as of `LiveCostmap`; `previous` is the answer one
+        tick before, None at first and after a stop.
         """
         config = self._config
         reach = Reach(distance=config.stand_off, extent=grid.resolution)

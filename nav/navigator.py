@@ -68,13 +68,13 @@ def navigate(
     config: NavigatorConfig,
     previous: Navigation | None = None,
 ) -> Navigation | None:
-    """Act towards whichever goal is cheapest to reach.
+    """Act towards whichever goal is cheapest to reach; None when none can be reached.
 
     `costmap` has a frame, as of `LiveCostmap`; `previous` is the result of the tick before, None at
     first and after a stop.
 
-    Returns:
-        None when no goal can be reached.
+    `costmap` has a frame, as of `LiveCostmap`; `previous` is the result of the tick before, None at
+    first and after a stop.
     """
     goals_xy = np.asarray(goals.xy, np.float64).reshape(-1, 2)
     goal_costs, seen_from = goals.costs, goals.seen_from

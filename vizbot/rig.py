@@ -244,11 +244,7 @@ def _open_recording(
 
 
 def require_mix(camera: str, base: str) -> None:
-    """Refuse devices that do not go together.
-
-    Args:
-        camera: `sim`, `realsense`, or the path of a recording.
-        base: `sim`, `roomba` or `none`.
+    """Refuse devices, named as for `require_devices`, that do not go together.
 
     Raises:
         ConfigError: there is no such mix.

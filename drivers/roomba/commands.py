@@ -183,7 +183,6 @@ class Command:
     """One command as it was read from the line.
 
     Attributes:
-        opcode: Which command.
         arguments: In the order of the wire, counts left out; not range-checked.
     """
 

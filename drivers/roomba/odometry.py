@@ -54,9 +54,8 @@ class WheelOdometry:
     def __init__(self, wheel_base: float, wheel_scale: float) -> None:
         """Start at the identity.
 
-        Args:
-            wheel_base: Distance between the wheels [m].
-            wheel_scale: Metres truly rolled for each metre that the encoders count.
+        `wheel_base` is between the wheels [m]; `wheel_scale` is metres truly rolled for each
+        counted.
         """
         self._wheel_base = wheel_base
         self._metres_per_count = METRES_PER_COUNT * wheel_scale
@@ -65,15 +64,9 @@ class WheelOdometry:
         self.T_odom_base: SE3 = np.eye(4)
 
     def update(self, left: int, right: int, farthest: float = math.inf) -> bool:
-        """Add the motion up to new counts of the encoders.
+        """Add the motion up to new counts of the encoders; whether they are plausible.
 
-        Args:
-            left: Count.
-            right: Count.
-            farthest: Largest distance that a wheel can have rolled since the last update [m].
-
-        Returns:
-            Whether the counts are plausible; counts that jumped are taken for a standstill.
+        Counts by which a wheel would have rolled beyond `farthest` [m] are taken for a standstill.
         """
         old_left, old_right = self.counts or (left, right)
         self.counts = left, right

@@ -246,10 +246,7 @@ class OiModeKeeper:
     def request(self, now: float, *, asked: bool, rolls: bool) -> bytes:
         """Bytes to send to a base that is heard; they stop the wheels, too.
 
-        Args:
-            now: Time [s].
-            asked: Whether the program has given an order lately.
-            rolls: Whether the wheels turn.
+        `asked`: the program has given an order lately; `rolls`: the wheels turn.
         """
         if self._releases:
             return STOP_WHEELS + COMPLETION + encode(Opcode.START)

@@ -36,7 +36,6 @@ class Drive:
     """Hold a twist.
 
     Attributes:
-        twist: The twist.
         stamp: Time of the command [s]; the command timeout counts from there.
     """
 
@@ -56,11 +55,7 @@ class SeekDock:
 
 @dataclass(frozen=True, slots=True)
 class Show:
-    """Light the LEDs and play a song.
-
-    Attributes:
-        feedback: What they show.
-    """
+    """Light the LEDs and play a song."""
 
     feedback: Feedback
 
@@ -89,7 +84,6 @@ class Checkpoint:
     """What a service needs to go on where another one ended.
 
     Attributes:
-        name: Of the port.
         state: The last state; None before the first.
         counts: Left and right encoder at that state; None where they are not known.
         mode_offset: Offset of the mode that the firmware reports; None until it is known.
@@ -125,11 +119,7 @@ class Link(Protocol):
 
 
 class RoombaService:
-    """A base on its port; one caller at a time calls `step` over and over.
-
-    Attributes:
-        name: Of the port.
-    """
+    """A base on its port; one caller at a time calls `step` over and over."""
 
     def __init__(
         self,

@@ -28,7 +28,6 @@ class Mount:
     """Where the camera sits.
 
     Attributes:
-        T_base_cam: The mount.
         spin_residual: Apparent motion of the middle of the axle while the base turns on the spot
             (RMS) [m].
         floor_residual: Angle between the floor's normal and the axis of that turn [rad].

@@ -62,7 +62,6 @@ class KeyframeMatch:
     """A keyframe in which a frame was found.
 
     Attributes:
-        keyframe: Id of the keyframe.
         pose: The frame's camera in it.
     """
 

@@ -99,11 +99,7 @@ class FrameMatcher:
         Where few matches agree, the frame is also measured by way of the frame before, which is
         closest, and in a wider search; the result with most agreeing matches is taken.
 
-        Args:
-            keyframe: The reference keyframe.
-            frame: Its pose is predicted.
-            last: The frame before.
-            shares: Radii of the search, one after another, as fractions of the image's width.
+        `shares` are radii of the search, one after another, as fractions of the image's width.
         """
         features, now, wheel_only = frame.features, frame.dead_reckoned, frame.wheel_only
         best: RelativePose | None = None

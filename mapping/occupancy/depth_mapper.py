@@ -104,12 +104,8 @@ class DepthMapper:
     ) -> None:
         """Add a depth image (H, W) [m], 0 where nothing was measured.
 
-        Args:
-            keyframe: Id of the keyframe that the frame is anchored to.
-            T_keyframe_cam: The camera in that keyframe's camera.
-            T_map_cam: The camera in the map, heights above the floor included.
-            depth: Distance along the optical axis.
-            intrinsics: Of the depth image.
+        `T_keyframe_cam` is the camera in that of its keyframe; `T_map_cam` has heights above the
+        floor.
         """
         T_map_level = level_pose(T_map_cam)
         T_level_cam = invert(T_map_level) @ T_map_cam

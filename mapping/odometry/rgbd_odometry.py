@@ -28,7 +28,6 @@ class RelativePose:
     """A camera in the camera of a keyframe, by images.
 
     Attributes:
-        T_keyframe_cam: The pose.
         covariance: (6, 6) of the right perturbation, rotation [rad] first, then translation [m].
         inliers: Number of matches that agree with it.
         inlier_fraction: Their share of all matches.

@@ -110,9 +110,7 @@ class VisionRecovery:
     def __init__(self, depth_patience: float, turn_rate: float) -> None:
         """Begin with a camera that sees.
 
-        Args:
-            depth_patience: How long the robot stands still without depth before it turns [s].
-            turn_rate: Angular velocity of the turns [rad/s].
+        Without depth the robot stands for `depth_patience` [s], then turns at `turn_rate` [rad/s].
         """
         self._depth_patience = depth_patience
         self._turn_rate = turn_rate

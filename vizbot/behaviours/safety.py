@@ -57,12 +57,7 @@ class Lifting:
     """Stops a lifted robot, for good or until it is put down."""
 
     def __init__(self, patience: float, *, resume_safe: bool) -> None:
-        """Begin on the floor.
-
-        Args:
-            patience: How long the robot waits to be put down [s].
-            resume_safe: Whether it may drive on by itself then.
-        """
+        """Begin on the floor; it waits `patience` [s] to be put down; `resume_safe`: drives on."""
         self._patience = patience
         self._resume_safe = resume_safe
         self._since: float | None = None

@@ -43,7 +43,6 @@ class Calibration:
     """The result of a calibration.
 
     Attributes:
-        mount: Mount of the camera.
         wheel_base: Distance between the wheels [m].
         wheel_scale: Metres rolled for each metre that the encoders count.
         calibration: Date, gyroscope bias and residuals.

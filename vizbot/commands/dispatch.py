@@ -48,9 +48,7 @@ class CommandSender:
     def __init__(self, robot: Robot | None, pause: float = _STOP_PAUSE) -> None:
         """Create it idle.
 
-        Args:
-            robot: The robot that obeys; None where commands are only printed.
-            pause: Before a stop without an answer is sent again [s].
+        `robot` None only prints commands; a stop without an answer is sent again after `pause` [s].
         """
         self._robot = robot
         self._pause = pause

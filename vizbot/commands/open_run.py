@@ -53,13 +53,9 @@ class OpenRun:
     """A run whose devices are open.
 
     Attributes:
-        config: Its settings.
         devices: Its devices, not those that people share.
-        close: Closes them.
         rehearsal: What is simulated of and around them; None where nothing is.
         pipeline: Does the work, on the devices that people share where the run is served.
-        recorder: Writes its folder.
-        report: Draws its page.
         notice: What must be said wherever the encoder answers; None for nothing.
         served: What people talk to; None where the run is not served.
         began: When it was opened, by the process's monotonic clock [s].

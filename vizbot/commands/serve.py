@@ -131,12 +131,8 @@ class ServedRun:
     ) -> None:
         """Serve until somebody ends it, the session is closed or the camera ends.
 
-        Args:
-            pipeline: Does the work, on these devices, with the session among its observers.
-            service: Address and speech recogniser.
-            requests: Tasks that are queued from the start. Without any, a robot with a base that
-                begins in a saved map finds its place in it first.
-            config: Says when to give up.
+        Without `requests`, which are queued from the start, a robot with a base that begins in a
+        saved map finds its place in it first.
 
         Raises:
             VizbotError: the port cannot be used, or a device is gone.

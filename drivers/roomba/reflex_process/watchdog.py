@@ -145,11 +145,7 @@ class Watchdog:
         self._ends = False
 
     def run(self) -> int:
-        """Watch until the process ends by itself, or too often.
-
-        Returns:
-            Exit code: 0 after an end by itself.
-        """
+        """Watch until the process ends by itself, which is exit code 0, or too often."""
         _raise_priority(_PRIORITY + 1)
         signal.signal(signal.SIGTERM, self._end)
         ends: deque[float] = deque(maxlen=MOST_ENDS)

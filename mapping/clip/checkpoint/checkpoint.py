@@ -119,14 +119,11 @@ class ClipCheckpoint:
 
 
 def find_checkpoint(name: str) -> ClipCheckpoint:
-    """The CLIP model of a name.
+    """The CLIP model of a short name (`ViT-B/32`, `ViT-L/14`), a hub name, or a folder.
 
     Where a model of the hub was fetched in several revisions, one with safetensors comes before one
     with a pickle, then the main one before the others. Files that a revision lacks are taken from
     another: who converts a model adds the weights alone.
-
-    Args:
-        name: A short name (`ViT-B/32`, `ViT-L/14`), a hub name, or a folder.
 
     Raises:
         ConfigError: there is no such model on this machine, it is not CLIP, or a file of it is

@@ -16,7 +16,6 @@ class Snapshot:
     """A revision of a model that was fetched, perhaps in part.
 
     Attributes:
-        folder: Holds its files.
         revision: The name of what was asked for (`main`, `refs/pr/15`), else the commit.
     """
 
@@ -57,9 +56,7 @@ def weights_first(
 ) -> tuple[Snapshot, str] | None:
     """The first snapshot with the earliest of these files, and the file; None where none has one.
 
-    Args:
-        snapshots: Those that are better come first.
-        names: Files that are better come first; a better file counts more than a better snapshot.
+    Better `snapshots` and `names` come first; a better file counts more than a better snapshot.
     """
     return next(
         ((each, name) for name in names for each in snapshots if (each.folder / name).is_file()),

@@ -81,8 +81,6 @@ class _Part:
 
     Attributes:
         words: In lower case.
-        start: Where it begins in the text.
-        end: Where it ends.
         named: Whether it names a class of the vocabulary.
         found: What the table has for it.
         unknown: Whether it was not trained and the table does not have it.

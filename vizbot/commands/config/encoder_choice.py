@@ -14,7 +14,6 @@ class EncoderChoice:
 
     Attributes:
         computer: What it runs on.
-        encoder: Its settings.
         frame: Time for the 25 patches of a frame [s].
         meaning: What that means for a search.
     """

@@ -32,7 +32,6 @@ class HttpAnswer:
     """What came back.
 
     Attributes:
-        status: HTTP status code.
         content: The JSON that was answered; None where it was none.
         address: Host and port of the server's end of the connection; empty where it is not known.
     """
@@ -46,7 +45,6 @@ class HttpLink:
     """Requests to one address, each on a connection of its own, as the robot has it.
 
     Attributes:
-        url: The address.
         trusted: The certificates that are trusted; None for http.
     """
 

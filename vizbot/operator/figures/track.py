@@ -21,11 +21,7 @@ class Track:
         self._spacing = spacing
 
     def add(self, xy: NDArray[np.float64]) -> bool:
-        """Go on to x, y (2,) in `map` [m].
-
-        Returns:
-            Whether the position is far enough from the last one to be kept.
-        """
+        """Go on to x, y (2,) in `map` [m]; whether it is far enough from the last to be kept."""
         if self._size and np.linalg.norm(xy - self._positions[self._size - 1]) < self._spacing:
             return False
         if self._size == len(self._positions):

@@ -42,9 +42,7 @@ class Pattern:
 
         Of alternatives those of more words are tried first: "go to {goal}" before "go {goal}".
 
-        Args:
-            numbers: Words that stand for a number, beside digits.
-            units: Words that stand for a unit of length.
+        `numbers` and `units` are words for a number, beside digits, and for a unit of length.
         """
         ways = "|".join(
             "".join(

@@ -28,7 +28,6 @@ class MapMarker:
     Attributes:
         x: [px]
         y: [px], down.
-        text: What it is.
     """
 
     x: float

@@ -22,7 +22,6 @@ class GoalTimeline:
     """The search for one goal.
 
     Attributes:
-        text: The goal.
         steps: Indices of its steps; empty where a goal was only looked up.
         best: Best score in each step; NaN while the map was empty.
         thresholds: The score to exceed in each step.

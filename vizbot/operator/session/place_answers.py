@@ -58,7 +58,6 @@ class Answer:
     """What a map answers to a question.
 
     Attributes:
-        text: The question.
         outcome: `LOCATED` where the best place's score is enough, else `NOT_FOUND`.
         threshold: What it has to exceed.
         places: Best first.
@@ -244,10 +243,8 @@ class SavedMap:
     def find(self, text: str, told: Callable[[int, int], None] = lambda done, of: None) -> Answer:
         """Where a thing or a room is.
 
-        Args:
-            text: The thing or the room.
-            told: Hears how many pictures of the background are embedded, and of how many, where the
-                map has none and the first question waits for them.
+        `told` hears how many pictures of the background are embedded, and of how many, where the
+        map has none and the first question waits for them.
         """
         goal = goal_of(self.encoder, text)
         if self._config.objectnav.method != "paper":

@@ -32,7 +32,6 @@ class RoomArea:
     """A part of the plan that most probably belongs to a room.
 
     Attributes:
-        name: What the room is.
         position: x, y in `map` of a place about in its middle [m].
     """
 

@@ -39,13 +39,11 @@ class OperatorSession:
     `DeviceTimeoutError` where the robot is too busy or its run ends.
 
     Attributes:
-        robot: The robot that people share.
         queue: The tasks that they asked for.
         lease: Who drives by hand.
         stopped: Set while the robot must rest, until somebody asks for something new.
         stops: How often somebody has stopped the robot.
         closed: Set when the run is to end.
-        log: What happened.
         jobs: What the loop has to do between two steps.
         arrival: Where the robot has arrived last; None before, and once another search has begun.
         candidate: What the robot goes up to because it may be the goal; None where it is nothing.
@@ -82,10 +80,8 @@ class OperatorSession:
     ) -> list[QueuedTask]:
         """Queue goals in words, places, or tasks that need no words.
 
-        Args:
-            requests: In this order.
-            at_once: The running task gives way.
-            stops: What `stops` was when somebody asked, where that was a while ago.
+        With `at_once` the running task gives way; `stops` was the session's when somebody asked,
+        where that was a while ago.
 
         Raises:
             ConfigError: a goal is too long, too many wait, or the robot was stopped since.

@@ -76,9 +76,7 @@ class TaskQueue:
     def add(self, requests: Sequence[TaskRequest], *, at_once: bool = False) -> list[QueuedTask]:
         """Append tasks, or put them before all others.
 
-        Args:
-            requests: In this order.
-            at_once: Put them first and end the running task; those that wait stay.
+        Tasks `at_once` come first and end the running task; those that wait stay.
 
         Raises:
             ConfigError: too many are waiting.

@@ -79,7 +79,6 @@ class Hypothesis:
     """A sentence that may have been said.
 
     Attributes:
-        text: Its words.
         score: Mean logarithm of its tokens' probabilities.
     """
 

@@ -28,7 +28,6 @@ class _Connection:
 
     Attributes:
         socket: The server's end; asyncio closes it.
-        address: The client's address.
         since: Time of its opening or of its answer [s].
         answered: Whether a request of it is being answered; an open WebSocket is one.
         is_websocket: Whether it is one.
