@@ -197,9 +197,7 @@ def require_map_folder(folder: Path) -> None:
 def require_savable(folder: Path, *, replace: bool) -> None:
     """Reject a folder that a map cannot be saved in, before the work that makes the map.
 
-    Args:
-        folder: For the map.
-        replace: Whether it may hold a map already, which is replaced.
+    With `replace` it may hold a map already.
 
     Raises:
         MapError: it is neither new, nor empty, nor a map to be replaced, or it cannot be written.

@@ -132,9 +132,7 @@ def is_rehearsal_encoder(name: str) -> bool:
 def require_encoder(name: str, device: str = "cpu") -> None:
     """Refuse an encoder that is not on this machine, before anything of its size is loaded.
 
-    Args:
-        name: As `--clip` takes it.
-        device: As the setting of that name; one that is not there is refused for every encoder.
+    A `device` that is not there is refused for every encoder.
 
     Raises:
         ConfigError: there are no weights for it here, or no such device.

@@ -52,12 +52,8 @@ class RealSenseStreams:
     ) -> None:
         """Start the streams.
 
-        Args:
-            pipeline: `rs.pipeline` that is stopped.
-            wanted: `rs.config` of a device with colour and depth (Z16).
-            config: Settings of filters and IMU.
-            name: Of the device, in the log.
-            queue: `rs.frame_queue` for the framesets; None leaves them to the pipeline.
+        `pipeline` (`rs.pipeline`) is stopped; `wanted` (`rs.config`) has colour and depth (Z16);
+        without a `queue` (`rs.frame_queue`) the framesets are left to the pipeline.
 
         Raises:
             RuntimeError: the SDK fails.
@@ -108,10 +104,7 @@ class RealSenseStreams:
     def frame(self, frames: Any, accepted: Accepted, imu_since: float = -math.inf) -> RGBDFrame:
         """Make a frame of a frameset.
 
-        Args:
-            frames: `rs.composite_frame` with colour and depth.
-            accepted: Its checked stamps.
-            imu_since: IMU samples that are not younger are dropped [s, as the frames' stamps].
+        IMU samples that are not younger than `imu_since` are dropped [s, as the frames' stamps].
 
         Raises:
             RuntimeError: its images are not of the size that the calibration says.

@@ -111,9 +111,7 @@ class RoombaControl:
         It is listened to before it is woken, which would end its mode: a base that still obeys has
         not been lifted.
 
-        Args:
-            now: Time [s].
-            slept: Whether this machine was suspended meanwhile, for a time that `now` lacks.
+        `slept`: this machine was suspended meanwhile, for a time that `now` [s] lacks.
         """
         self._stream = StreamParser(STREAMED)
         self._commanded.clear()

@@ -51,10 +51,7 @@ def within_limits(right: float, left: float, config: RoombaConfig) -> tuple[int,
     The limits hold for what the wheels do, with the manual's geometry as well as with the
     calibrated one: settings that are wrong make no wheel and no turn faster.
 
-    Args:
-        right: Wanted speed at the rim by the calibration [m/s].
-        left: Likewise.
-        config: Limits and calibration.
+    Both are wanted speeds at the rim by the calibration [m/s].
     """
     rolls = max(1.0, config.wheel_scale)
     most = min(500, int(1000 * config.max_wheel_speed / rolls + 1e-9))

@@ -130,12 +130,8 @@ class RoombaService:
     ) -> None:
         """Open the port; the base is woken up in the first step.
 
-        Args:
-            open_port: Opens the port of the base.
-            now: The time [s].
-            config: Of the base.
-            last: Of a service that ended without an end of its own, after which the wheels were
-                stopped; then the port is opened in the first step, as after a loss.
+        `last` is of a service that ended without an end of its own, after which the wheels were
+        stopped; then the port is opened in the first step, as after a loss.
 
         Raises:
             DeviceError: it cannot be opened.

@@ -106,12 +106,8 @@ class PlaceMap:
     ) -> None:
         """Add the places that a frame shows; one that shows none was no view.
 
-        Args:
-            keyframe: Id of the keyframe the frame is anchored to.
-            T_keyframe_cam: The frame's camera in that keyframe's camera.
-            T_map_cam: Where that is now.
-            footprint: Of the frame.
-            first_element: Row of the frame's first element in the CLIP map.
+        `T_keyframe_cam` is the frame's camera in that of `keyframe`, `T_map_cam` where it is now;
+        `first_element` is the row of the frame's first element in the CLIP map.
         """
         if len(footprint.shares) == 0:  # depth may be back in the next picture from here
             return

@@ -188,9 +188,7 @@ def candidates(step: Step) -> NDArray[np.float64]:
 def known_cells(grid: OccupancyGrid, margin: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The first known cell (row, col) and one past the last; all cells if none is known.
 
-    Args:
-        grid: The obstacle map.
-        margin: Width of the border around it that counts, too [m].
+    `margin` is the width of the border around it that counts, too [m].
     """
     known, shape = grid.occupancy != 0.5, np.array(grid.occupancy.shape)
     if not known.any():

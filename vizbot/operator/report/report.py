@@ -121,15 +121,10 @@ class Report:
         true_plan: NDArray[np.uint8] | None = None,
         attributions: Sequence[str] = (),
     ) -> Path:
-        """Close the video and write the page.
+        """Close the video and write the page, whose path is returned.
 
-        Args:
-            metrics: What the run measured, shown as a table.
-            true_plan: (H, W, 3) picture of the simulated home, for comparison; None on hardware.
-            attributions: Author and licence of each model that the pictures show.
-
-        Returns:
-            The page.
+        `true_plan` (H, W, 3) is a picture of the simulated home, for comparison, None on hardware;
+        `attributions` name author and licence of each model that the pictures show.
         """
         video = self._finished_video()
         pictures, drawn_map = [], None
