@@ -198,11 +198,7 @@ def open_map_encoder(
     A map may come from anywhere, so it opens models alone: a class is code that runs, and is opened
     where a person names it.
 
-    Args:
-        bundle: The map.
-        device: Where a model on PyTorch runs.
-        half: Whether that computes in 16-bit floating point.
-        clip: What a person names, as `--clip` takes it; None for the encoder that the map names.
+    `device` and `half` are as for `open_encoder`; `clip` None is the encoder that the map names.
 
     Raises:
         ConfigError: there are no weights for it here, or the class keeps no contract.

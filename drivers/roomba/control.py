@@ -132,12 +132,8 @@ class RoombaControl:
     ) -> None:
         """Go on where another control ended, whose base was then left at rest in Passive mode.
 
-        Args:
-            state: Its last; None before the first.
-            counts: Of the left and the right encoder at that state; None where not known.
-            mode_offset: Offset of the mode that the firmware reports; None until it is known.
-            now: Time [s].
-            docks: Whether the base was looking for its dock, or had found it.
+        Its last `state`, the `counts` of the left and the right encoder at it and the `mode_offset`
+        are None where they are not known; `docks`: the base looked for its dock, or had found it.
         """
         self.mode_offset = mode_offset
         if state is None:

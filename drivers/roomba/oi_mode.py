@@ -135,11 +135,8 @@ class OiModeKeeper:
     ) -> None:
         """Note that the base is heard again, before `update` takes its first frame.
 
-        Args:
-            before: The last state before the silence.
-            silence: Its length [s]; infinite where it is not known.
-            stopped_by_us: Whether a command of ours must have left it in Passive mode, besides a
-                Start of which this keeper knows.
+        `silence` is its length [s], infinite where it is not known; `stopped_by_us`: a command of
+        ours must have left it in Passive mode, besides a Start of which this keeper knows.
         """
         if self._should_obey or self._docks:
             self._returned = _Return(
@@ -150,10 +147,7 @@ class OiModeKeeper:
     def take_over(self, last: BaseState, now: float, *, docks: bool) -> None:
         """Go on from the last state of another keeper, which heard the base until then.
 
-        Args:
-            last: The state.
-            now: Time [s].
-            docks: Whether that keeper had released the base to look for its dock.
+        With `docks` that keeper had released the base to look for its dock.
         """
         self._docks = docks
         self._request_until, self._requested_at = -math.inf, now - RETRY_PERIOD

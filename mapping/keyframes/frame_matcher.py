@@ -46,14 +46,10 @@ class FrameMatcher:
     ) -> RelativePose | None:
         """Measure a frame in a keyframe.
 
-        Args:
-            keyframe: Measured against.
-            features: Corners of the frame.
-            T_keyframe_cam: Predicted pose of the frame.
-            share: Radius of the search, as a fraction of the image's width.
-            now: Dead reckoning at the frame, to check the turn by gyroscope; None skips the check.
-            once: Whether to try one minimal pose only, however few matches agree. Where a frame is
-                linked to several keyframes, the graph gives an odd one little weight.
+        `T_keyframe_cam` is predicted; `share` is the radius of the search, as a fraction of the
+        image's width. With dead reckoning at the frame, `now`, the turn is checked by gyroscope.
+        With `once` one minimal pose is tried, however few matches agree: where a frame is linked to
+        several keyframes, the graph gives an odd one little weight.
 
         Returns:
             None if too few corners match, or if the gyroscope contradicts the turn.

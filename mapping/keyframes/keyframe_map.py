@@ -74,11 +74,8 @@ class KeyframeMap:
     ) -> dict[int, RelativePose]:
         """Measure a frame in several keyframes, as `FrameMatcher.match` does.
 
-        Args:
-            frame: To be measured.
-            expected: Of each keyframe, by its id, the predicted pose of the frame in it, and the
-                radius of the search.
-            once: As for `FrameMatcher.match`.
+        `expected` has of each keyframe, by its id, the predicted pose of the frame in it, and the
+        radius of the search; `once` is as for `FrameMatcher.match`.
 
         Returns:
             The frame in those keyframes that it matches. The gyroscope has a say as long as dead

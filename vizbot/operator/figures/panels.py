@@ -104,11 +104,7 @@ def _outline(grid: OccupancyGrid) -> NDArray[np.int64]:
 
 
 def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
-    """Colour, depth, obstacle map and likeness map of a step.
-
-    Args:
-        step: What to draw.
-        track: (N, 2) x, y of the base so far in `map` [m].
+    """Colour, depth, obstacle map and likeness map; `track` (N, 2) is x, y in `map` [m].
 
     Returns:
         RGB pictures of `TILE` size by name.

@@ -107,10 +107,8 @@ class Grammar:
     ) -> None:
         """Take over a language.
 
-        Args:
-            language: As its file has it.
-            is_name: Whether words are the name of a thing or room.
-            knows: Whether the robot knows every word of a goal.
+        `is_name`: words are the name of a thing or room; `knows`: the robot knows every word of a
+        goal.
 
         Raises:
             KeyError: the language lacks something.

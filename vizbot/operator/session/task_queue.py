@@ -106,9 +106,8 @@ class TaskQueue:
     def call_off(self, chosen: Callable[[QueuedTask], bool], reason: str) -> list[QueuedTask]:
         """Call off some tasks.
 
-        Args:
-            chosen: Whether a task that runs or waits is called off.
-            reason: Why, in one line.
+        The tasks that are `chosen` of those that run or wait are called off, for a `reason` in one
+        line.
 
         Returns:
             The tasks that were called off: a waiting one is over, a running one has yet to end.
