@@ -36,9 +36,7 @@ class CurrentMap:
         saved: The saved map that it began with; None where it began empty.
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that people forbid the robot to
             enter.
-        exploration: What has been explored.
         search: The search for a goal that is under way, by the method of the settings.
-        waypoint_drive: Drives to places.
         safety: What the robot has touched or lost, and does about it.
         progress: Whether anything comes of what is done for the present task.
         places: Where it began and where its dock is.

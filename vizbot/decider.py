@@ -21,10 +21,7 @@ class TrackedFrame:
     """A frame whose place is known, as far as it can be.
 
     Attributes:
-        frame: What the camera saw.
         state: What the base reported then; None without a base.
-        estimate: Where the camera was.
-        T_map_base: Where the robot was.
     """
 
     frame: RGBDFrame

@@ -74,7 +74,6 @@ class Finding:
     """The result of a check.
 
     Attributes:
-        subject: The thing that was checked.
         verdict: The grade; `BAD` keeps the robot from being launched.
         found: What was found, in words and figures.
         remedy: What to do about it; empty when all is well.

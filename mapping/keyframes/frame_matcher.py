@@ -44,15 +44,12 @@ class FrameMatcher:
         *,
         once: bool = False,
     ) -> RelativePose | None:
-        """Measure a frame in a keyframe.
+        """Measure a frame in a keyframe; None if too few corners match or the gyroscope objects.
 
         `T_keyframe_cam` is predicted; `share` is the radius of the search, as a fraction of the
         image's width. With dead reckoning at the frame, `now`, the turn is checked by gyroscope.
         With `once` one minimal pose is tried, however few matches agree: where a frame is linked to
         several keyframes, the graph gives an odd one little weight.
-
-        Returns:
-            None if too few corners match, or if the gyroscope contradicts the turn.
         """
         found = self.between(keyframe.features, features, T_keyframe_cam, share, once=once)
         before, T, gates = keyframe.dead_reckoned, self._T_base_cam, self._gates

@@ -185,14 +185,11 @@ class DepthMapper:
         self._paint_footprint(footprint)
 
     def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
-        """Move with the pose graph.
+        """Move with the pose graph; whether the grid is to be painted again, as keyframes moved.
 
         Args:
             keyframe_poses: T_map_keyframe of the keyframes' cameras by id; other keyframes stay
                 where they are.
-
-        Returns:
-            Whether a keyframe moved far enough for the grid to be painted again.
         """
         known = [keyframe for keyframe in self._painted_at if keyframe in keyframe_poses]
         if not known:

@@ -74,7 +74,6 @@ class Sample:
     """One frame of the drive.
 
     Attributes:
-        leg: The leg during which the frame was taken.
         estimate: Pose of the camera by images; wheels only carry it on where these show too little.
         T_odom_base: Pose of the base by the wheels.
         gyro: Rates (N, 3) in `cam` since the frame before [rad/s].

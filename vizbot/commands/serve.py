@@ -43,7 +43,6 @@ class RobotOfRun:
         recorder: Keeps verdicts in the folder of the run.
         report: Has the pictures; it observes a goal before the session.
         begun_in: Folder of the saved map in which the run begins; None where it begins in none.
-        lease: Who drives by hand.
         stopped: Set while the wheels must rest.
     """
 

@@ -73,7 +73,6 @@ class _SurePlace:
         xy: (2,) in `map` [m].
         probability: That it is what is asked for.
         threshold: What is enough for it.
-        navigation: The way up to it.
     """
 
     xy: NDArray[np.float64]

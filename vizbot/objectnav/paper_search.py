@@ -73,7 +73,7 @@ def decide(
     navigator: NavigatorConfig,
     previous: Navigation | None = None,
 ) -> PaperAction | None:
-    """Run Algorithm 1 once on the maps of this moment.
+    """Run Algorithm 1 once on the maps of this moment; None when nothing can be reached.
 
     Args:
         sightings: M^CLIP with the similarities to q_t (equation 7).
@@ -82,9 +82,6 @@ def decide(
         T_map_base: P_t.
         navigator: How the robot drives, and the distant point.
         previous: The navigation of the run before; None at first and after a stop.
-
-    Returns:
-        None when the space is closed and nothing on the map can be reached.
     """
 
     def find_and_navigate(threshold: float) -> PaperAction | None:

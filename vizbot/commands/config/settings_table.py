@@ -28,7 +28,6 @@ class Setting:
     """One setting.
 
     Attributes:
-        name: Name in its table.
         description: Its description in one line, with the unit in brackets.
         default: Its value where no file has its table, as TOML has it; None if it then has none.
         values: What it may be, in words.

@@ -47,7 +47,6 @@ class TimelineEvent:
     Attributes:
         seconds: Since the first frame [s].
         step: Index of the step.
-        text: What happened, in plain words.
         warns: Whether something was not as it should be.
     """
 

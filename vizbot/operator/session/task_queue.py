@@ -104,13 +104,10 @@ class TaskQueue:
             self._waiting = []
 
     def call_off(self, chosen: Callable[[QueuedTask], bool], reason: str) -> list[QueuedTask]:
-        """Call off some tasks.
+        """Call off some tasks and return them: waiting ones are over, a running one is to end.
 
         The tasks that are `chosen` of those that run or wait are called off, for a `reason` in one
         line.
-
-        Returns:
-            The tasks that were called off: a waiting one is over, a running one has yet to end.
         """
         with self._lock:
             called_off = []

@@ -30,7 +30,6 @@ class KeyBindings:
 
     Attributes:
         step: Speed step, 1 to `STEPS`.
-        keys: The keys that drive.
         resumes: Whether the driver wants the base to obey again; reset by whoever asks the base.
         leaves: Whether the driver wants to stop driving.
         interrupts: Whether that was by Ctrl-C.
