@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from mapping.map_bundle import MapBundle
 from mapping.map_snapshot import MapSnapshot
-from nav.look_around import LookAround
 from vizbot.behaviours.docking import HomePlaces
 from vizbot.behaviours.progress_guard import ProgressGuard, SecondTry
 from vizbot.behaviours.safety import GyroSettling, SafetyBehaviours
@@ -21,6 +20,7 @@ from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.exploration import Exploration
+from vizbot.objectnav.looks import LookAround
 from vizbot.objectnav.paper_search import PaperSearch
 from vizbot.objectnav.search import Search
 from vizbot.objectnav.tasks import Decision
@@ -92,8 +92,7 @@ class CurrentMap:
         The frontiers there are given up, and the one aimed at where it led there before. Depth that
         shows floor there opens it again.
 
-        Args:
-            blind: `T_map_base` of each place, from which the robot has just turned away.
+        `blind` is `T_map_base` of each place, from which the robot has just turned away.
         """
         mapper, frontiers = self.perception.depth_mapper, self.exploration.frontiers
         for T_map_base in blind:

@@ -34,7 +34,6 @@ class Decider:
     """Decides for one run, on whichever map it is."""
 
     def __init__(self, devices: Devices, config: Config) -> None:
-        """Begin with nothing done."""
         self._base, self._clock = devices.base, devices.clock
         self._looks_around = config.objectnav.look_around
         self._depth_loss = DepthLossMonitor(config.frontier)

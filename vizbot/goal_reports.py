@@ -43,7 +43,6 @@ class GoalReports:
     """
 
     def __init__(self, observer: Observer) -> None:
-        """Begin without a search."""
         self.odometer, self._observer = Odometer(), observer
 
     def report(

@@ -93,8 +93,7 @@ class RealSense:
         IMU samples that arrive after a younger frame come with the next one. Further calls recover
         a camera without frames, one step in each.
 
-        Args:
-            timeout: How long to wait [s]; the first frame gets `first_frame_timeout` at least.
+        The first frame gets `first_frame_timeout` at least, in place of `timeout` [s].
 
         Raises:
             DeviceTimeoutError: no frame came within `timeout`; recovery has started.

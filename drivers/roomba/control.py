@@ -14,7 +14,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from drivers.roomba.commands import Opcode, encode
+from drivers.roomba.commands import Opcode, encode, show_feedback
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.drive_command import (
     COMPLETION,
@@ -24,7 +24,6 @@ from drivers.roomba.drive_command import (
     drive_command,
     within_limits,
 )
-from drivers.roomba.feedback import show_feedback
 from drivers.roomba.odometry import CasterWheel, WheelOdometry, without_reversal
 from drivers.roomba.oi_mode import AT_ONCE, REST_BY_FORCE, RETRY_PERIOD, OiModeKeeper
 from drivers.roomba.packets import Packet

@@ -14,10 +14,9 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from drivers.roomba.commands import Opcode, encode
+from drivers.roomba.commands import Opcode, encode, songs
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.drive_command import COMPLETION, STOP_WHEELS, SURE_STOP
-from drivers.roomba.feedback import songs
 from drivers.roomba.state import why_passive
 from vizbot.core.types import BaseMode, BaseState
 

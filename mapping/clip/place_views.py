@@ -45,7 +45,6 @@ class PlaceViews:
     """
 
     def __init__(self) -> None:
-        """Begin with no place."""
         self.low = np.zeros(2, np.int64)
         self._places = _blank((0, 0))
 

@@ -100,7 +100,6 @@ class ProgressGuard:
     """Drops an aim of which nothing comes, and ends a task in which that happens again."""
 
     def __init__(self) -> None:
-        """Begin without a task."""
         self._account: _Account | None = None
         self._seen_at: float | None = None
 

@@ -7,11 +7,11 @@ from math import radians
 import numpy as np
 
 from nav.config import RecoveryConfig
-from nav.look_around import LookAround
 from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking
+from vizbot.objectnav.looks import LookAround
 from vizbot.objectnav.tasks import Decision
 from vizbot.perception.interfaces import ObstacleMapper
 

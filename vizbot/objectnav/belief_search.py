@@ -95,7 +95,6 @@ class BeliefSearch:
     def __init__(
         self, config: Config, frontiers: FrontierSearch, parts: SearchParts = ALL_PARTS
     ) -> None:
-        """Start idle."""
         self._parts = parts
         self._config, self._search = config, config.objectnav.search
         self._frontiers = frontiers

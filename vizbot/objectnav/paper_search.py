@@ -149,7 +149,6 @@ class PaperSearch:
     assisted: ClassVar = False
 
     def __init__(self, navigator: NavigatorConfig) -> None:
-        """Start idle."""
         self._navigator = navigator
         self._costmap = LiveCostmap(navigator.costmap)
         self._previous: Navigation | None = None

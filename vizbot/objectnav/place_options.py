@@ -34,7 +34,6 @@ class PlaceOptions:
     """Values each place by its probability, and by how often it was looked at in vain."""
 
     def __init__(self, config: Config, parts: SearchParts) -> None:
-        """Create it."""
         self._doubt, self._most_looks = config.objectnav.search.rejection_factor, parts.most_looks
         self._within = REACH.distance - config.navigator.reach_margin
 

@@ -28,7 +28,6 @@ class Verdicts:
     """
 
     def __init__(self) -> None:
-        """Start without any."""
         self._refuted: dict[str, list[NDArray[np.float64]]] = {}
         self._affirmed_xy: NDArray[np.float64] | None = None
 

@@ -142,7 +142,6 @@ class Guard:
     def __init__(
         self, app: App, credentials: Credentials, now: Callable[[], float] = time.monotonic
     ) -> None:
-        """Guard an application."""
         self._app = app
         self._credentials = credentials
         self._now = now

@@ -19,8 +19,7 @@ from vizbot.core.place_scores import Measure
 from vizbot.core.work_queue import WorkQueue
 from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
 from vizbot.operator.figures.panels import board, panels
-from vizbot.operator.figures.steps import StepFilter
-from vizbot.operator.figures.track import Track
+from vizbot.operator.figures.steps import StepFilter, Track
 from vizbot.operator.report.frame_store import FrameStore, Match, matches, picture_of
 from vizbot.operator.report.map_figure import run_map
 from vizbot.operator.report.timeline import GoalTimeline, Timeline

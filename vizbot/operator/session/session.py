@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Candidate, GoalReport, OpenQuestion, Outcome, Step
-from vizbot.operator.figures.steps import StepRate
-from vizbot.operator.figures.track import Track
+from vizbot.operator.figures.steps import StepRate, Track
 from vizbot.operator.figures.wall_direction import MapTurn
 from vizbot.operator.session.loop_jobs import LoopJobs
 from vizbot.operator.session.session_log import SessionLog
