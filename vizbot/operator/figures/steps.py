@@ -1,4 +1,4 @@
-"""The steps of a run: which are worth a picture, how fast they follow each other, where the base was."""
+"""The steps of a run: which are worth a picture, how fast they follow, where the base was."""
 
 from __future__ import annotations
 
