@@ -30,6 +30,7 @@ its own it may do better.
 prints the error against its `groundtruth.txt`, and writes the trajectories for `evo`, with a
 picture. Plain ORB features with PnP and OpenCV's RGB-D odometry always take part, Open3D's where it
 is installed, ORB-SLAM3 with `pip install pyorbslam3` and `--vocabulary ORBvoc.txt`."""
+_UNCOMMITTED = "The plus says that its sources were changed after that commit and are in none."
 _HOMES = """Without SEQ the robot drives laps through all rooms of simulated homes. Each drive is
 recorded once under `runs/laps`, and the estimator follows it with all sensors, in the dark, before
 a white wall, with wheels that slip or count nothing, without its gyroscope or with one that lies,
@@ -64,7 +65,8 @@ def slam_page(folder: Path, page: Path) -> str:
             "## A walk through an office kitchen",
             f"![The walk as {len(kept['rows'])} programs saw it]({picture})",
             sequence_table(kept["rows"], kept["summary"]),
-            f"Commit {kept['commit']}, {kept['hardware']}.",
+            f"Commit {kept['commit']}, {kept['hardware']}."
+            + (f" {_UNCOMMITTED}" if kept["commit"].endswith("+") else ""),
             _OFFICE,
         ]
     starts = Store(folder / "starts.jsonl", StartResult).stored_with_key(laps[0].key)

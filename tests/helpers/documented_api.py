@@ -13,7 +13,7 @@ from vizbot.operator.api import answers, errors
 def description():
     """What the API publishes of itself."""
     with served() as server:
-        return httpx.get(f"{server.url}/openapi.json").json()
+        return httpx.get(f"{server.url}/openapi.json", timeout=60.0).json()
 
 
 class DocumentedClient(httpx.Client):

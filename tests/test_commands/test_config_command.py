@@ -105,7 +105,7 @@ def test_a_first_file_without_devices_says_so_and_sets_nothing(run, plug_in, tmp
     assert run("init")[0] == 0
     text = (tmp_path / "robot.toml").read_text()
     assert load_config(tmp_path / "robot.toml") == Config()
-    assert text.count("None was seen here") == 2
+    assert text.replace("\n# ", " ").count("None was seen here") == 2
     assert "\n#serial_port = " in text and "\n#serial = ...\n" in text
 
 
@@ -138,7 +138,7 @@ def test_a_file_with_every_setting_changes_none_and_each_can_be_taken_as_it_stan
     plug_in()
     assert run("init", "--all", "--out", "all.toml")[0] == 0
     text = (tmp_path / "all.toml").read_text()
-    assert load_config(tmp_path / "all.toml") == Config()
+    assert with_rehearsal(load_config(tmp_path / "all.toml")) == with_rehearsal(Config())
     settings = re.sub(r".* = \.\.\.\n", "", SETTING.sub("", text))
     (tmp_path / "taken.toml").write_text(settings)
     taken = load_config(tmp_path / "taken.toml")

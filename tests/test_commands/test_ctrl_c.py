@@ -101,7 +101,7 @@ def test_a_benchmark_that_is_interrupted_says_so(run, monkeypatch):
 
 def test_ctrl_c_ends_what_is_waited_for_at_the_exit_without_a_traceback():
     program = (
-        "import atexit, sys, time; from vizbot.cli import process; process.main = lambda: None;"
+        "import atexit, sys, time; from vizbot.cli import app, process; app.main = lambda: None;"
         " atexit.register(lambda: (print('waiting', flush=True), time.sleep(60))); process.run()"
     )
     with subprocess.Popen(

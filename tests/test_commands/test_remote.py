@@ -261,7 +261,7 @@ def test_a_stop_is_sent_before_anything_but_the_standard_library_is_loaded(sessi
         (("--url", "http://robot:port"), ("--url http://robot:port", "give one like")),
         (("--url=http://127.0.0.1:9",), ("no robot answers at http://127.0.0.1:9", "Connection")),
         (("--speed", "9"), ("No such option: --speed", "vizbot stop --help")),
-        (("now",), ("unexpected extra argument (now)", "vizbot stop --help")),
+        (("now",), ("unexpected extra argument(s) (now)", "vizbot stop --help")),
     ],
 )
 def test_a_stop_that_cannot_be_sent_is_one_line(arguments, words):

@@ -27,7 +27,7 @@ def calibrate(monkeypatch, tmp_path):
     def command(config_path=None, out=None, meanwhile=lambda: None):
         monkeypatch.setattr("vizbot.commands.calibrate.record", lambda *_: meanwhile())
         monkeypatch.setattr("vizbot.commands.calibrate.solve", lambda *_: FOUND)
-        monkeypatch.setattr("vizbot.commands.calibrate.Rig", _NoRig)
+        monkeypatch.setattr("vizbot.rehearsal.rig.Rig", _NoRig)
         run(CalibrateOptions(config_path, out, "sim", "sim", "0", yes=True))
 
     return command

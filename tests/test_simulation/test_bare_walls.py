@@ -21,9 +21,9 @@ from sim_stubs.world.world import MOUNT
 from sim_stubs.world.world_name import plan_world
 from sim_stubs.world.world_plan import D435I_COLOUR
 from sim_stubs.world.world_spec import is_bare, require_world, seed_of
-from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
+from vizbot.rehearsal.config import RehearsalConfig
 
 SEED = 1100
 GREY, RED = (0.5, 0.5, 0.5), (0.9, 0.1, 0.1)
@@ -158,7 +158,7 @@ def test_pictures_are_gone_and_doors_are_white(plain, bared):
 
 
 def test_bare_walls_change_nothing_that_a_robot_touches(plain, bared):
-    outline = Config().world.outline(float(MOUNT[2, 3]), float(MOUNT[0, 3]))
+    outline = RehearsalConfig().world.outline(float(MOUNT[2, 3]), float(MOUNT[0, 3]))
     (one, grid), (other, same) = (
         ContactMap(plain, outline).free(),
         ContactMap(bared, outline).free(),
