@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from vizbot.core.observer import GoalReport as GoalReport
     from vizbot.core.observer import Step as Step
     from vizbot.operator.client.robot_client import RobotClient as RobotClient
-    from vizbot.operator.session.place_answers import SavedMap as SavedMap
+    from vizbot.operator.session.saved_map import SavedMap as SavedMap
     from vizbot.rig import open_encoder as open_encoder
 
 _MODULES = {
@@ -24,7 +24,7 @@ _MODULES = {
     "GoalReport": "vizbot.core.observer",
     "Reading": "mapping.clip.reading",
     "RobotClient": "vizbot.operator.client.robot_client",
-    "SavedMap": "vizbot.operator.session.place_answers",
+    "SavedMap": "vizbot.operator.session.saved_map",
     "Step": "vizbot.core.observer",
     "VizbotError": "vizbot.core.errors",
     "load_config": "vizbot.config",

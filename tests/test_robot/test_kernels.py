@@ -68,8 +68,8 @@ print(interrupts)
 """Signals that arrive anywhere in the kernel that is called most often."""
 _WITHOUT_A_HOME = """
 import os
-import vizbot
-vizbot.__file__ = "/proc/nowhere/vizbot/__init__.py"
+from vizbot.core.program import kernel_folder
+kernel_folder.__file__ = "/proc/nowhere/vizbot/core/program/kernel_folder.py"
 from pathlib import Path
 import numba
 import nav.explored_area
@@ -78,8 +78,8 @@ print(folder, len(list(folder.rglob("*.nbi"))), str(folder) == numba.config.CACH
 """
 _NOWHERE_AT_ALL = """
 import tempfile
-import vizbot
-vizbot.__file__ = "/proc/nowhere/vizbot/__init__.py"
+from vizbot.core.program import kernel_folder
+kernel_folder.__file__ = "/proc/nowhere/vizbot/core/program/kernel_folder.py"
 tempfile.tempdir = "/proc/nowhere"
 try:
     import vizbot.core.program.kernels

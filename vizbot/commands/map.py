@@ -117,7 +117,7 @@ def query(options: MapQueryOptions) -> None:
     by_paper = config.objectnav.method == "paper"
     if by_paper and isinstance(question, HowMany):
         raise ConfigError(f"--method paper cannot answer {options.text!r}: it counts nothing")
-    from vizbot.operator.session.place_answers import SavedMap
+    from vizbot.operator.session.saved_map import SavedMap
 
     saved = SavedMap(options.folder, config, options.clip)
     notice = saved.encoder.notice

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping import map_bundle
 from mapping.clip.belief import PlaceBelief
 from mapping.clip.footprint import PLACE
 from mapping.clip.likeliest_places import belief_of_map, likeliest_places
@@ -19,15 +16,13 @@ from mapping.clip.place_rows import PlaceMap
 from mapping.clip.retrieval import best, similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
-from vizbot.config import Config, ObjectNavConfig
+from vizbot.config import ObjectNavConfig
 from vizbot.core.geometry import invert
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
-from vizbot.objectnav.tasks import Goal, goal_of
+from vizbot.objectnav.tasks import Goal
 from vizbot.operator.language.language import ENGLISH, Language
-from vizbot.operator.session.saved_maps import find_map
 from vizbot.perception.sightings import Sightings
-from vizbot.rig import open_map_encoder
 
 _APART = 1.0
 """Places closer to each other are counted as one [m]."""
@@ -130,7 +125,7 @@ def _most_similar(bundle: MapBundle, goal: Goal) -> list[FoundPlace]:
 def _likeliest(bundle: MapBundle, question: Query) -> list[FoundPlace]:
     """The most probable places."""
     likeliest = likeliest_places(
-        _belief(bundle, question),
+        belief_in(bundle, question),
         PlaceMap(bundle.places),
         bundle.keyframes.poses(),
         bundle.elements.embeddings,
@@ -139,7 +134,8 @@ def _likeliest(bundle: MapBundle, question: Query) -> list[FoundPlace]:
     return [_found(bundle, each.position, each.probability, each.element) for each in likeliest]
 
 
-def _belief(bundle: MapBundle, question: Query) -> PlaceBelief:
+def belief_in(bundle: MapBundle, question: Query) -> PlaceBelief:
+    """How probable each place of a map with its background is to be what is asked for."""
     assert bundle.statistics is not None
     return belief_of_map(
         PlaceMap(bundle.places),
@@ -198,63 +194,6 @@ def _believed(
     bundle: MapBundle, question: Query, least: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
     """Places (N, 2) in `map` [m] that are more probable than `least`, and how probable (N,)."""
-    belief = _belief(bundle, question)
+    belief = belief_in(bundle, question)
     chosen = np.nonzero(belief.probabilities > least)
     return belief.xy(*chosen), belief.probabilities[chosen].astype(np.float32)
-
-
-class SavedMap:
-    """A saved map and the encoder that it is asked with.
-
-    Attributes:
-        bundle: All that the map holds.
-        encoder: Embeds the questions.
-    """
-
-    def __init__(
-        self, folder: str | Path, config: Config | None = None, clip: str | None = None
-    ) -> None:
-        """Load the map and open the encoder that made it.
-
-        A class of somebody's own is opened only where `config` or `clip` names it: it is code, and
-        a map may come from anywhere.
-
-        Args:
-            folder: The folder of a map or of a run, or the name of a saved map.
-            config: Settings: the encoder's device, the method, and what is likely enough.
-            clip: The encoder, as `--clip` names it; None for the map's own.
-
-        Raises:
-            ConfigError: there are no weights for the encoder here.
-            MapError: there is no map, it cannot be read, or another encoder made it.
-        """
-        self._config = Config() if config is None else config
-        self.bundle = map_bundle.load(find_map(Path(folder)))
-        if clip is None and self._config.clip == self.bundle.model_id:
-            clip = self._config.clip
-        self.encoder = open_map_encoder(self.bundle, self._config.device, self._config.half, clip)
-
-    def find(self, text: str, told: Callable[[int, int], None] = lambda done, of: None) -> Answer:
-        """Where a thing or a room is.
-
-        `told` hears how many pictures of the background are embedded, and of how many, where the
-        map has none and the first question waits for them.
-        """
-        goal = goal_of(self.encoder, text)
-        if self._config.objectnav.method != "paper":
-            self.bundle = map_bundle.with_background(self.bundle, self.encoder, told)
-        return find_places(self.bundle, goal, self.encoder.log_odds, self._config.objectnav)
-
-    def count(self, text: str) -> int:
-        """How many of a thing there are, those within a metre of each other as one."""
-        goal = goal_of(self.encoder, text)
-        least = least_score(goal, self._config.objectnav)
-        return count_places(self.bundle, self._query(goal), least)
-
-    def belief(self, text: str) -> PlaceBelief:
-        """How probable each place of the map is to be a thing or a room."""
-        return _belief(self.bundle, self._query(goal_of(self.encoder, text)))
-
-    def _query(self, goal: Goal) -> Query:
-        self.bundle = map_bundle.with_background(self.bundle, self.encoder)
-        return Query(goal.embedding, self.encoder.log_odds, goal.rivals)
