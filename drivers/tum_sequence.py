@@ -8,6 +8,7 @@ al., "A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS 2012, and its 
 from __future__ import annotations
 
 import itertools
+import struct
 from codecs import BOM_UTF8
 from pathlib import Path
 from typing import NamedTuple, Self
@@ -17,8 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from drivers.depth import without_saturated
-from drivers.image_header import image_size
 from drivers.ros_bags import require_no_bag
 from vizbot.core.camera_limits import (
     LATEST_STAMP,
@@ -26,6 +25,7 @@ from vizbot.core.camera_limits import (
     is_stamp,
     require_camera,
     require_depth_scale,
+    without_saturated,
 )
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.settings import causes
@@ -302,3 +302,27 @@ def _decode(path: Path) -> NDArray[np.uint8] | NDArray[np.uint16]:
     if image is None:
         raise ConfigError(f"image {path}: does not decode; copy it again")
     return np.asarray(image)
+
+
+_PNG = b"\x89PNG\r\n\x1a\n"
+_FRAMES = frozenset({*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC})
+"""JPEG markers that begin a frame."""
+
+
+def image_size(data: bytes) -> tuple[int, int] | None:
+    """Width and height [px] that a PNG or JPEG says it has; None where it says nothing."""
+    if data.startswith(_PNG) and len(data) >= 24:
+        width, height = struct.unpack(">II", data[16:24])
+        return width, height
+    return _jpeg_size(data) if data.startswith(b"\xff\xd8") else None
+
+
+def _jpeg_size(data: bytes) -> tuple[int, int] | None:
+    place = 2
+    while place + 9 <= len(data) and data[place] == 0xFF:
+        marker = data[place + 1]
+        if marker in _FRAMES:
+            height, width = struct.unpack(">HH", data[place + 5 : place + 9])
+            return width, height
+        place += 2 + struct.unpack(">H", data[place + 2 : place + 4])[0]
+    return None

@@ -96,10 +96,7 @@ _TABLE = (
 def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
     """Read the arrays of a map and check each of them, and how they refer to one another.
 
-    Args:
-        path: Of `map.safetensors`.
-        size: Its size [bytes], as the map's header has it.
-        sha256: Its checksum likewise.
+    `size` [bytes] and `sha256` are those of `map.safetensors` in the map's header.
 
     Raises:
         OSError: it cannot be read, is larger than any map, or is no regular file.
@@ -118,10 +115,7 @@ def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
 def read_array(path: Path, size: int, name: str) -> NDArray[Any]:
     """Read one array of a map and check it by itself; the rest of the file is not read.
 
-    Args:
-        path: Of `map.safetensors`.
-        size: Its size [bytes], as the map's header has it.
-        name: Group and column.
+    `size` [bytes] is that in the map's header; `name` is group and column.
 
     Raises:
         OSError: it cannot be read, is larger than any map, or is no regular file.

@@ -70,7 +70,6 @@ class MapBundle:
 
     Attributes:
         model_id: Of the encoder that made the elements.
-        intrinsics: Of the camera.
         T_base_cam: Mount of the camera on the base.
         keyframes: What all else is anchored to.
         views: Corners of the keyframes.
@@ -78,9 +77,7 @@ class MapBundle:
         statistics: What each element has in common with the background phrases (N, 2), as of
             `Background.statistics`; None where that is not known.
         places: Views of places.
-        grid: The obstacle map.
         cloud: Coloured points, for display.
-        trajectory: Of the camera.
         created: When the run ended, UTC.
         notice: Warning that the encoder gives with its results; None for none.
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that the robot must not enter.
@@ -200,9 +197,7 @@ def require_map_folder(folder: Path) -> None:
 def require_savable(folder: Path, *, replace: bool) -> None:
     """Reject a folder that a map cannot be saved in, before the work that makes the map.
 
-    Args:
-        folder: For the map.
-        replace: Whether it may hold a map already, which is replaced.
+    With `replace` it may hold a map already.
 
     Raises:
         MapError: it is neither new, nor empty, nor a map to be replaced, or it cannot be written.

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from mapping.map_arrays import FARTHEST, is_rigid
 from vizbot.core.camera_limits import require_camera
 from vizbot.core.errors import MapError
 from vizbot.core.files import parse_json, read_regular
-from vizbot.core.settings import SETTINGS, causes
+from vizbot.core.settings import Settings, causes
 from vizbot.core.types import Intrinsics
 
 FORMAT = "vizbot map"
@@ -32,10 +32,8 @@ _Line = Annotated[str, AfterValidator(lambda text: " ".join(text.split()))]
 _Zone = Annotated[tuple[tuple[_Coordinate, _Coordinate], ...], Field(min_length=3, max_length=1000)]
 
 
-class MapHeader(BaseModel):
+class MapHeader(Settings):
     """Content of `map.json`."""
-
-    model_config = SETTINGS
 
     format: str
     schema_version: int

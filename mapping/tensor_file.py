@@ -29,10 +29,7 @@ def size_of(arrays: Mapping[str, NDArray[Any]]) -> int:
 
 
 def write_through(path: Path, arrays: Mapping[str, NDArray[Any]]) -> str:
-    """Write arrays to the disk.
-
-    Returns:
-        The file's SHA-256.
+    """Write arrays to the disk; return the file's SHA-256.
 
     Raises:
         OSError: it cannot be written.

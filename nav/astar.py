@@ -18,9 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from nav.costmap import Costmap
+from nav.costmap import Costmap, way_out
 from nav.heap import sift_down, sift_up
-from nav.keep_out import way_out
 from vizbot.core.program.kernels import njit
 
 ESCAPE_RADIUS = 0.35

@@ -5,19 +5,17 @@ from __future__ import annotations
 from typing import Annotated, Self
 
 import numpy as np
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from vizbot.core.settings import BASIC, SETTINGS
+from vizbot.core.settings import BASIC, Settings
 
 UNDOCKING_TIME = 8.0
 """Time that a robot has to leave its dock [s]."""
 _Coordinate = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 
 
-class CostmapConfig(BaseModel):
+class CostmapConfig(Settings):
     """The robot's size, and its distance from obstacles."""
-
-    model_config = SETTINGS
 
     robot_radius: float = Field(default=0.175, ge=0.1, le=0.5, json_schema_extra=BASIC)
     """The robot is twice this wide over the bumper [m]."""
@@ -66,10 +64,8 @@ class CostmapConfig(BaseModel):
         return self.robot_radius - self.map_tolerance
 
 
-class FollowerConfig(BaseModel):
+class FollowerConfig(Settings):
     """Speeds, and how closely the robot follows the path."""
-
-    model_config = SETTINGS
 
     max_linear: float = Field(default=0.43, ge=0.05, le=0.5, json_schema_extra=BASIC)
     """The robot drives forward at most this fast [m/s]."""
@@ -95,10 +91,8 @@ class FollowerConfig(BaseModel):
     """The robot keeps this share of its full speed at an obstacle [1]."""
 
 
-class Reach(BaseModel):
+class Reach(Settings):
     """When a goal counts as reached."""
-
-    model_config = SETTINGS
 
     distance: float = Field(ge=0.05, le=20.0)
     """The goal is reached where the robot's centre is within this distance of it [m]."""
@@ -107,10 +101,8 @@ class Reach(BaseModel):
     seen from is known, only those before it do [m]."""
 
 
-class NavigatorConfig(BaseModel):
+class NavigatorConfig(Settings):
     """How the robot drives to its goals."""
-
-    model_config = SETTINGS
 
     costmap: CostmapConfig = CostmapConfig()
     """These settings are the robot's size and its distance from obstacles."""
@@ -129,10 +121,8 @@ class NavigatorConfig(BaseModel):
     """The robot takes a new path where it is farther from its own than this [m]."""
 
 
-class FrontierConfig(BaseModel):
+class FrontierConfig(Settings):
     """What counts as explored, and which frontier is chosen."""
-
-    model_config = SETTINGS
 
     field_of_view: float = Field(default=1.1, ge=0.1, le=3.1)
     """The camera sees this angle horizontally, somewhat less than in truth [rad]."""
@@ -164,10 +154,8 @@ class FrontierConfig(BaseModel):
     """A frontier must save this length of path to replace the one being driven to [m]."""
 
 
-class RecoveryConfig(BaseModel):
+class RecoveryConfig(Settings):
     """How the robot recovers, and when it gives up."""
-
-    model_config = SETTINGS
 
     pause: float = Field(default=0.2, ge=0.05, le=5.0)
     """The robot stands still for this time before it backs off [s]."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from nav.config import CostmapConfig
-from nav.keep_out import forbidden
 from vizbot.core.distance import distance_to_zero
 from vizbot.core.program.kernels import njit
 from vizbot.core.types import OccupancyGrid
@@ -24,7 +24,6 @@ class Costmap:
         clearance: (rows, cols) float32, from the cell's centre to the edge of the nearest occupied
             cell [m]; 0 in one. Where that has no effect on the cost it may be larger, up to inf.
         to_zone: (rows, cols) float32, as `clearance`, to the nearest keep-out zone; None without.
-        config: The settings they were made with.
         least: The least cost; inf where all cells are closed.
     """
 
@@ -225,3 +224,28 @@ def _joined(first: Window | None, second: Window | None) -> Window | None:
         for a, b in zip(first, second, strict=True)
     )
     return rows, cols
+
+
+def forbidden(grid: OccupancyGrid) -> NDArray[np.bool_]:
+    """Mask (rows, cols) of the cells in the keep-out zones of a grid."""
+    cells = np.zeros(grid.occupancy.shape, np.uint8)
+    for zone in grid.zones:
+        corners = grid.to_cells(zone.astype(np.float64))[:, ::-1]
+        cv2.fillPoly(cells, [corners.astype(np.int32)], 1)
+    return cells.astype(bool)
+
+
+def way_out(
+    closed: NDArray[np.bool_], start: tuple[int, int], resolution: float
+) -> NDArray[np.bool_]:
+    """Mask (rows, cols) of the closed cells that lie no deeper in zones than the start.
+
+    A robot at the start may cross these cells to get out, and none that lies deeper.
+
+    Args:
+        closed: Cells where the robot's centre must not be, the start among them.
+        start: Row and column.
+        resolution: Edge of a cell [m].
+    """
+    depth = distance_to_zero(closed)
+    return np.asarray(closed & (depth <= depth[start]))

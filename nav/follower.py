@@ -20,16 +20,13 @@ def follow_path(
     config: FollowerConfig,
     gap: float = np.inf,
 ) -> Twist:
-    """Twist that drives the base along a path.
+    """Twist that drives the base along a path; STOP at its end.
 
     Args:
         path_xy: (P, 2) in `map` [m], P 1 or more; the robot may stand beside it or part way along.
         T_map_base: Where the base is.
         config: Speeds and distances.
         gap: From the robot's rim to the nearest obstacle [m].
-
-    Returns:
-        STOP at the end of the path.
     """
     position = T_map_base[:2, 3]
     room = np.clip(gap / config.slow_gap, 0.0, 1.0)

@@ -29,11 +29,7 @@ def frontiers(
 ) -> list[NDArray[np.float64]]:
     """Find the borders between explored open cells and unexplored ones.
 
-    Args:
-        grid: The obstacle map.
-        explored: (rows, cols) mask of the explored cells.
-        costmap: What counts as occupied.
-        min_length: Least length of a frontier [m].
+    A frontier is at least `min_length` long [m]; `explored` (rows, cols) masks the explored cells.
 
     Returns:
         Points (N, 2) x, y in `map` [m] along each frontier, the nearest to its middle first.
@@ -151,7 +147,6 @@ class FrontierSearch:
     """Drives from frontier to frontier, and keeps the explored area.
 
     Attributes:
-        explored: The explored area.
         frontiers_xy: (F, 2) a point on each frontier with enough gain, in `map` [m], as of the last
             search for one.
         seen_share: Share of the floor that was seen, 0 to 1, as of that search; None before one.
@@ -189,17 +184,10 @@ class FrontierSearch:
         navigator: NavigatorConfig,
         previous: Navigation | None,
     ) -> Navigation | None:
-        """Act towards the cheapest frontier.
+        """Act towards the cheapest frontier; None when none is left that can be reached.
 
-        Args:
-            grid: The obstacle map.
-            costmap: That of `grid`, with a frame, as of `LiveCostmap`.
-            T_map_base: Where the base is.
-            navigator: How the robot drives.
-            previous: The answer one tick before; None at first and after a stop.
-
-        Returns:
-            None when no frontier is left that can be reached.
+        `costmap` is that of `grid`, with a frame, as of `LiveCostmap`; `previous` is the answer one
+        tick before, None at first and after a stop.
         """
         config = self._config
         reach = Reach(distance=config.stand_off, extent=grid.resolution)
@@ -224,10 +212,7 @@ class FrontierSearch:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The frontiers that are left: a point (F, 2) on each [m], and what it may show (F,) [m^2].
 
-        Args:
-            grid: The obstacle map.
-            costmap: What counts as occupied.
-            reach: Distance from a frontier up to which the area that it may show is counted [m].
+        Of what a frontier may show, what is within `reach` of it counts [m].
         """
         explored = self.explored.mask_on(grid)
         points_xy, _ = self._worthwhile(grid, explored, costmap)
@@ -242,11 +227,7 @@ class FrontierSearch:
 
         Of the area behind frontiers as much is taken for floor as of what is known.
 
-        Args:
-            grid: The obstacle map.
-            points_xy: (F, 2) the frontiers that are left, without those that are known to be out
-                of reach, in `map` [m].
-            costmap: What counts as occupied.
+        `points_xy` (F, 2) in `map` [m] are the frontiers that are left, without those out of reach.
         """
         explored, reach = self.explored.mask_on(grid), self._config.gain_reach
         free = int(np.count_nonzero(grid.occupancy <= costmap.free_threshold))

@@ -81,7 +81,7 @@ def goal_region(
     own_extent: float,
     fronts_xy: NDArray[np.float64] | None = None,
 ) -> GoalRegion:
-    """Find the goal that a robot in each cell would have reached.
+    """Find for each cell the index of the nearest goal that a robot in it would have reached.
 
     A goal is a point on or in an object, mostly in an occupied cell or close behind one. A cell
     reaches it from within `reach` over a straight line that crosses no occupied cell, except within
@@ -94,9 +94,6 @@ def goal_region(
         reach: Distance from the robot's centre to the goal [m].
         own_extent: Size of the object that may surround the goal point [m].
         fronts_xy: (N, 2) points that must be in sight instead of the goals; None for the goals [m].
-
-    Returns:
-        The index of the nearest goal reached, cell for cell.
     """
     goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
     # Hundreds of points of one object share few cells; one goal a cell is enough.

@@ -68,18 +68,13 @@ def navigate(
     config: NavigatorConfig,
     previous: Navigation | None = None,
 ) -> Navigation | None:
-    """Act towards whichever goal is cheapest to reach.
+    """Act towards whichever goal is cheapest to reach; None when none can be reached.
 
-    Args:
-        costmap: Where the robot can be; with a frame, as of `LiveCostmap`.
-        goals: Points on or in objects.
-        T_map_base: Where the base is.
-        reach: When a goal is reached.
-        config: Distances and speeds.
-        previous: The result of the tick before; None at first and after a stop.
+    `costmap` has a frame, as of `LiveCostmap`; `previous` is the result of the tick before, None at
+    first and after a stop.
 
-    Returns:
-        None when no goal can be reached.
+    `costmap` has a frame, as of `LiveCostmap`; `previous` is the result of the tick before, None at
+    first and after a stop.
     """
     goals_xy = np.asarray(goals.xy, np.float64).reshape(-1, 2)
     goal_costs, seen_from = goals.costs, goals.seen_from
@@ -122,11 +117,7 @@ def explore_distant(
 ) -> Navigation | None:
     """Act towards the distant point (the paper's g_distant), and so into unknown space.
 
-    Args:
-        costmap: Where the robot can be; with a frame, as of `LiveCostmap`.
-        T_map_base: Where the base is.
-        config: Distances and speeds.
-        previous: The result of the tick before; None at first and after a stop.
+    `costmap` and `previous` are as for `navigate`.
 
     Returns:
         None when the space around the robot is closed: nothing is left to explore.

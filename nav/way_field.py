@@ -33,9 +33,7 @@ class WayField:
     def update(self, costmap: Costmap, position: NDArray[np.float64]) -> None:
         """Follow the map and the robot; nothing is done where neither changed.
 
-        Args:
-            costmap: Where the robot can be, and at what cost.
-            position: (2,) of the robot in `map` [m]; outside the map nothing can be reached.
+        From a `position` (2,) in `map` [m] outside of it nothing can be reached.
         """
         grid, cell = costmap.grid, costmap.grid.to_cells(position)
         if not grid.contains(cell):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import tomlkit
-from pydantic import BaseModel, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from drivers.realsense.config import RealSenseConfig
 from drivers.roomba.config import RoombaConfig
@@ -24,7 +24,7 @@ from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import camera_mount
 from vizbot.core.method import Method
 from vizbot.core.renamed_settings import with_names_of_today
-from vizbot.core.settings import BASIC, SETTINGS, explained
+from vizbot.core.settings import BASIC, Settings, explained
 from vizbot.core.types import SE3
 
 _log = logging.getLogger(__name__)
@@ -32,10 +32,8 @@ _LARGEST = 1024 * 1024
 """Size of a settings file that is read [bytes]."""
 
 
-class MountConfig(BaseModel):
+class MountConfig(Settings):
     """Where the camera sits on the robot, real or simulated."""
-
-    model_config = SETTINGS
 
     height: float = Field(default=0.60, ge=0.1, le=2.0, json_schema_extra=BASIC)
     """The optical centre is this high above the floor [m]."""
@@ -57,10 +55,8 @@ class MountConfig(BaseModel):
         return camera_mount(self.height, self.forward, self.tilt, self.left, self.yaw, self.roll)
 
 
-class GyroSettlingConfig(BaseModel):
+class GyroSettlingConfig(Settings):
     """How long the robot stands still at first, so that the gyroscope's bias is learned."""
-
-    model_config = SETTINGS
 
     seconds: float = Field(default=2.0, ge=0.0, le=600.0)
     """The robot stands still for at least this time before it first moves [s]."""
@@ -68,10 +64,8 @@ class GyroSettlingConfig(BaseModel):
     """The robot stands still for at least this number of frames before it first moves [1]."""
 
 
-class BeliefSearchConfig(BaseModel):
+class BeliefSearchConfig(Settings):
     """When a place is believed, and what is worth going to."""
-
-    model_config = SETTINGS
 
     arrival_probability_early: float = Field(default=0.8, gt=0.0, lt=1.0, json_schema_extra=BASIC)
     """Early in a search for a thing, and in a search for a room until nothing is left to see, the
@@ -98,10 +92,8 @@ class BeliefSearchConfig(BaseModel):
     """A place looked at from near and not believed keeps this share of its probability [1]."""
 
 
-class ObjectNavConfig(BaseModel):
+class ObjectNavConfig(Settings):
     """How the robot searches for a thing or a room, and when it gives up."""
-
-    model_config = SETTINGS
 
     method: Method = Field(default="belief", json_schema_extra=BASIC)
     """The robot searches by this method: `belief` compares all that can be done next by the
@@ -130,10 +122,8 @@ class ObjectNavConfig(BaseModel):
     """A robot that is lost turns at this rate, which is low for sharp images [rad/s]."""
 
 
-class DockingConfig(BaseModel):
+class DockingConfig(Settings):
     """How the robot gets onto its dock."""
-
-    model_config = SETTINGS
 
     search_distance: float = Field(default=0.8, ge=0.2, le=3.0, json_schema_extra=BASIC)
     """The base begins to look for the contacts by itself at this distance from the dock [m]."""
@@ -141,10 +131,8 @@ class DockingConfig(BaseModel):
     """The base has this time to find the contacts [s]."""
 
 
-class PerceptionConfig(BaseModel):
+class PerceptionConfig(Settings):
     """How frames are turned into maps."""
-
-    model_config = SETTINGS
 
     slam: SlamConfig = SlamConfig()
     depth_mapper: DepthMapperConfig = DepthMapperConfig()
@@ -158,10 +146,8 @@ class PerceptionConfig(BaseModel):
     """Pixels with more depth than this are not added to the coloured cloud [m]."""
 
 
-class Config(BaseModel):
+class Config(Settings):
     """All settings; the defaults describe the robot of the README."""
-
-    model_config = SETTINGS
 
     clip: str = Field(default="embedded", json_schema_extra=BASIC)
     """The encoder is `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or MODULE:CLASS."""
@@ -214,10 +200,7 @@ def with_method(config: Config, method: Method) -> Config:
 def load_config(path: Path | None, clip: str | None = None, method: Method | None = None) -> Config:
     """Read a TOML file; None gives the defaults.
 
-    Args:
-        path: The file.
-        clip: Encoder instead of the file's own.
-        method: Method of search instead of the file's own.
+    `clip` and `method` replace the file's own.
 
     Raises:
         ConfigError: the file is missing, is not TOML, or has a wrong key or value, or one by its

@@ -10,19 +10,17 @@ from numpy.typing import NDArray
 
 from mapping.map_bundle import MapBundle
 from mapping.map_snapshot import MapSnapshot
-from nav.look_around import LookAround
 from vizbot.behaviours.docking import HomePlaces
-from vizbot.behaviours.progress_guard import ProgressGuard
+from vizbot.behaviours.progress_guard import ProgressGuard, SecondTry
 from vizbot.behaviours.safety import GyroSettling, SafetyBehaviours
-from vizbot.behaviours.second_try import SecondTry
-from vizbot.behaviours.short_motion import ShortMotion
-from vizbot.behaviours.step_motion import StepMotion
+from vizbot.behaviours.short_motion import ShortMotion, StepMotion
 from vizbot.behaviours.waypoint_drive import WaypointDrive
 from vizbot.config import Config
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.exploration import Exploration
+from vizbot.objectnav.looks import LookAround
 from vizbot.objectnav.paper_search import PaperSearch
 from vizbot.objectnav.search import Search
 from vizbot.objectnav.tasks import Decision
@@ -38,9 +36,7 @@ class CurrentMap:
         saved: The saved map that it began with; None where it began empty.
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that people forbid the robot to
             enter.
-        exploration: What has been explored.
         search: The search for a goal that is under way, by the method of the settings.
-        waypoint_drive: Drives to places.
         safety: What the robot has touched or lost, and does about it.
         progress: Whether anything comes of what is done for the present task.
         places: Where it began and where its dock is.
@@ -52,13 +48,7 @@ class CurrentMap:
     """
 
     def __init__(self, number: int, saved: MapBundle | None, config: Config) -> None:
-        """Begin without a frame.
-
-        Args:
-            number: From 0; counts the maps of this run.
-            saved: The map to continue, or None.
-            config: Settings of all parts.
-        """
+        """Begin map `number` (from 0) of this run; `saved` is one to continue, or None."""
         self.number = number
         self.saved = saved
         self.keep_out: tuple[NDArray[np.float32], ...] = () if saved is None else saved.keep_out
@@ -102,8 +92,7 @@ class CurrentMap:
         The frontiers there are given up, and the one aimed at where it led there before. Depth that
         shows floor there opens it again.
 
-        Args:
-            blind: `T_map_base` of each place, from which the robot has just turned away.
+        `blind` is `T_map_base` of each place, from which the robot has just turned away.
         """
         mapper, frontiers = self.perception.depth_mapper, self.exploration.frontiers
         for T_map_base in blind:

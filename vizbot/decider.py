@@ -21,10 +21,7 @@ class TrackedFrame:
     """A frame whose place is known, as far as it can be.
 
     Attributes:
-        frame: What the camera saw.
         state: What the base reported then; None without a base.
-        estimate: Where the camera was.
-        T_map_base: Where the robot was.
     """
 
     frame: RGBDFrame
@@ -37,7 +34,6 @@ class Decider:
     """Decides for one run, on whichever map it is."""
 
     def __init__(self, devices: Devices, config: Config) -> None:
-        """Begin with nothing done."""
         self._base, self._clock = devices.base, devices.clock
         self._looks_around = config.objectnav.look_around
         self._depth_loss = DepthLossMonitor(config.frontier)
@@ -92,12 +88,8 @@ class Decider:
     ) -> Decision:
         """What to do in this step.
 
-        Args:
-            task: What is to be done; a goal was observed by the search of the map.
-            tracked: What is seen.
-            current: The map that the robot is in.
-            grid: Its obstacles.
-            urgent: What comes before the task, as of `before_task`.
+        A goal was observed by the search of the map; `urgent` comes before the task, as of
+        `before_task`.
         """
         if urgent is not None:
             current.interrupt()

@@ -74,7 +74,6 @@ class Finding:
     """The result of a check.
 
     Attributes:
-        subject: The thing that was checked.
         verdict: The grade; `BAD` keeps the robot from being launched.
         found: What was found, in words and figures.
         remedy: What to do about it; empty when all is well.
@@ -105,11 +104,8 @@ class _Trial:
 def examine(config: Config, clock: Clock, folder: Path, rehearsal: bool = False) -> list[Finding]:
     """Run all checks at once.
 
-    Args:
-        config: Settings of the launch that is to be checked.
-        clock: The wall clock.
-        folder: The folder that holds the folders of runs.
-        rehearsal: Whether the rehearsal encoder was asked for by its name.
+    `folder` holds the folders of runs; `rehearsal`: the rehearsal encoder was asked for by its
+    name.
     """
     trial = _Trial()
     checks: dict[str, Check] = {

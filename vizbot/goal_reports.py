@@ -20,13 +20,7 @@ class Odometer:
         self._xy: NDArray[np.float64] | None = None
 
     def observe(self, goal: Goal | None, T_map_base: SE3, now: float) -> None:
-        """Observe a step.
-
-        Args:
-            goal: What is searched for; another one begins anew, None goes on.
-            T_map_base: Where the robot is.
-            now: Time of the run's clock [s].
-        """
+        """Observe a step at `now` [s]; another `goal` begins anew, None goes on."""
         if goal is not None and goal is not self._goal:
             self._goal, self._began, self._way, self._xy = goal, now, 0.0, None
         xy = T_map_base[:2, 3].copy()
@@ -49,7 +43,6 @@ class GoalReports:
     """
 
     def __init__(self, observer: Observer) -> None:
-        """Begin without a search."""
         self.odometer, self._observer = Odometer(), observer
 
     def report(
@@ -64,12 +57,7 @@ class GoalReports:
 
         The reason ends with how the encoder understood the words, where that needs saying.
 
-        Args:
-            goal: What was looked for.
-            outcome: How it ended.
-            reason: Why, in one line.
-            current: The map that the robot is in.
-            threshold: What the best place was held against; None for that of the search.
+        The best place was held against `threshold`; None for that of the search.
         """
         search, arrived = current.search, outcome is Outcome.ARRIVED
         report = GoalReport(

@@ -19,11 +19,7 @@ def drive_to_all(
 ) -> list[GoalReport]:
     """Drive to the goals in the order given; a failed one does not end the mission.
 
-    Args:
-        pipeline: Does the work.
-        devices: Its devices, with a base.
-        goals: What to look for.
-        max_steps: Number of steps for one goal after which the robot gives up on it.
+    The robot gives a goal up after `max_steps` steps.
 
     Raises:
         DeviceError: a device is gone or silent; the base was stopped first.
@@ -57,12 +53,7 @@ def explore(pipeline: Pipeline, devices: Devices, max_steps: int) -> tuple[Outco
 
 
 def watch(pipeline: Pipeline, goals: Sequence[Goal]) -> list[GoalReport]:
-    """Map what a recording shows, driving nothing, then look every goal up on the finished map.
-
-    Args:
-        pipeline: Does the work.
-        goals: What to look for; may be empty.
-    """
+    """Map what a recording shows, driving nothing, then look every goal up on the finished map."""
     while pipeline.tick(Task.MAP) is not None:
         pass
     pipeline.finish()
@@ -72,10 +63,7 @@ def watch(pipeline: Pipeline, goals: Sequence[Goal]) -> list[GoalReport]:
 def advise(pipeline: Pipeline, goals: Sequence[Goal], max_steps: int) -> list[GoalReport]:
     """Compute commands with a live camera and no base, then look every goal up.
 
-    Args:
-        pipeline: Does the work; its steps hold the commands.
-        goals: What to look for, one after another.
-        max_steps: Number of steps for all goals together.
+    `max_steps` is the number of steps for all goals together.
     """
     for goal in goals:
         _drive(pipeline, goal, max_steps // len(goals))

@@ -60,13 +60,8 @@ class Pipeline:
     ) -> None:
         """Nothing is read or driven before the first tick.
 
-        Args:
-            devices: Camera, base and clock.
-            encoder: Of images and goals.
-            config: Settings of all parts.
-            observers: They receive every step and every goal's report.
-            parts: Parts of perception that replace the built-in ones, as a benchmark's true ones.
-            saved_map: The map to continue; None begins an empty one.
+        `observers` receive every step and every goal's report; `parts` replace those of perception,
+        as a benchmark's true ones; `saved_map` is continued, None begins an empty one.
 
         Raises:
             MapError: the saved map was made with another encoder, or has cells of another size.

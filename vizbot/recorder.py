@@ -222,9 +222,7 @@ class Recorder:
 
         What cannot be written keeps nothing else from being written.
 
-        Args:
-            bundle: Gives the map; None for none.
-            metrics: Of the run.
+        `bundle` gives the map; None for none.
 
         Returns:
             The metrics with `map`, where the map is, and `map_error`, why there is none; and the

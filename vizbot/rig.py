@@ -132,9 +132,7 @@ def is_rehearsal_encoder(name: str) -> bool:
 def require_encoder(name: str, device: str = "cpu") -> None:
     """Refuse an encoder that is not on this machine, before anything of its size is loaded.
 
-    Args:
-        name: As `--clip` takes it.
-        device: As the setting of that name; one that is not there is refused for every encoder.
+    A `device` that is not there is refused for every encoder.
 
     Raises:
         ConfigError: there are no weights for it here, or no such device.
@@ -200,11 +198,7 @@ def open_map_encoder(
     A map may come from anywhere, so it opens models alone: a class is code that runs, and is opened
     where a person names it.
 
-    Args:
-        bundle: The map.
-        device: Where a model on PyTorch runs.
-        half: Whether that computes in 16-bit floating point.
-        clip: What a person names, as `--clip` takes it; None for the encoder that the map names.
+    `device` and `half` are as for `open_encoder`; `clip` None is the encoder that the map names.
 
     Raises:
         ConfigError: there are no weights for it here, or the class keeps no contract.
@@ -244,11 +238,7 @@ def _open_recording(
 
 
 def require_mix(camera: str, base: str) -> None:
-    """Refuse devices that do not go together.
-
-    Args:
-        camera: `sim`, `realsense`, or the path of a recording.
-        base: `sim`, `roomba` or `none`.
+    """Refuse devices, named as for `require_devices`, that do not go together.
 
     Raises:
         ConfigError: there is no such mix.
@@ -260,12 +250,7 @@ def require_mix(camera: str, base: str) -> None:
 
 
 def open_base(config: Config, clock: WallClock, opened: ExitStack) -> Base:
-    """A base without a camera, on the wall clock.
-
-    Args:
-        config: Settings, with the serial port.
-        clock: The clock of the run.
-        opened: Closes the base.
+    """A base without a camera, on the wall clock; `opened` closes it.
 
     Raises:
         DeviceError: the base is missing or does not answer.

@@ -22,7 +22,6 @@ from benchmarks.fast_world.minds import BeliefMind, Mind, PaperMind
 from benchmarks.fast_world.places import Places
 from benchmarks.fast_world.views import HEADINGS, View, Views, pose_of
 from mapping.occupancy.depth_mapper import DepthMapper
-from nav.look_around import LookAround
 from nav.recovery import contact_points, edge_points
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
@@ -31,6 +30,7 @@ from vizbot.core.diff_drive import wheel_speeds
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, OccupancyGrid, Twist
+from vizbot.objectnav.looks import LookAround
 from vizbot.objectnav.tasks import Decision, Goal, goal_of
 from vizbot.rehearsal.config import RehearsalConfig
 

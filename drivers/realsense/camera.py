@@ -52,12 +52,7 @@ class RealSense:
     """
 
     def __init__(self, config: RealSenseConfig, clock: Clock, context: Any = None) -> None:
-        """Open the camera.
-
-        Args:
-            config: The camera, and what it streams.
-            clock: Real time.
-            context: The SDK's context (`rs.context`); None for the one of connected cameras.
+        """Open the camera; `context` is the SDK's, None for that of the connected cameras.
 
         Raises:
             DeviceError: there is no such camera, or it cannot stream as configured.
@@ -98,8 +93,7 @@ class RealSense:
         IMU samples that arrive after a younger frame come with the next one. Further calls recover
         a camera without frames, one step in each.
 
-        Args:
-            timeout: How long to wait [s]; the first frame gets `first_frame_timeout` at least.
+        The first frame gets `first_frame_timeout` at least, in place of `timeout` [s].
 
         Raises:
             DeviceTimeoutError: no frame came within `timeout`; recovery has started.

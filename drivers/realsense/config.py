@@ -9,9 +9,9 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from vizbot.core.settings import BASIC, SETTINGS
+from vizbot.core.settings import BASIC, Settings
 
 
 class Preset(StrEnum):
@@ -29,10 +29,8 @@ class Preset(StrEnum):
     """Between high accuracy and high density."""
 
 
-class SpatialFilterConfig(BaseModel):
+class SpatialFilterConfig(Settings):
     """Smooths each depth image along its rows and columns, edges kept."""
-
-    model_config = SETTINGS
 
     alpha: float = Field(0.5, ge=0.25, le=1.0)
     """A pixel has this weight against its neighbours; 1 smooths nothing [1]."""
@@ -42,10 +40,8 @@ class SpatialFilterConfig(BaseModel):
     """The filter passes over the image this number of times [1]."""
 
 
-class TemporalFilterConfig(BaseModel):
+class TemporalFilterConfig(Settings):
     """Smooths each depth pixel over time; on a robot that moves it drags edges along."""
-
-    model_config = SETTINGS
 
     alpha: float = Field(0.4, ge=0.0, le=1.0)
     """The newest image has this weight; 1 smooths nothing [1]."""
@@ -56,14 +52,12 @@ class TemporalFilterConfig(BaseModel):
     images do not match once the robot has moved [1]."""
 
 
-class DepthFilterConfig(BaseModel):
+class DepthFilterConfig(Settings):
     """Filters of depth before it is registered to colour; none by default.
 
     Pose estimation and the obstacle map model the sensor's noise themselves, and filtered pixels do
     not follow that model; `vizbot doctor` measures the time that the filters take.
     """
-
-    model_config = SETTINGS
 
     nearest: float | None = Field(default=None, ge=0.05, le=20.0)
     """A pixel with less depth than this counts as not measured; None has no limit [m]."""
@@ -81,10 +75,8 @@ class DepthFilterConfig(BaseModel):
         return self
 
 
-class RealSenseConfig(BaseModel):
+class RealSenseConfig(Settings):
     """The camera, and what it streams. A recording streams what was recorded."""
-
-    model_config = SETTINGS
 
     serial: str | None = Field(default=None, json_schema_extra=BASIC)
     """The camera has this serial number printed on it; None takes the first one found."""

@@ -64,12 +64,7 @@ def cameras(context: Any = None) -> list[CameraIdentity]:
 
 
 def examine_camera(camera: Camera, clock: Clock, seconds: float = 2.0) -> CameraExamination:
-    """Read frames for some seconds.
-
-    Args:
-        camera: Open and at rest; the caller closes it.
-        clock: Of the camera.
-        seconds: Duration.
+    """Read frames of an open camera at rest for some seconds; the caller closes it.
 
     Raises:
         DeviceError: the camera gives no frames.

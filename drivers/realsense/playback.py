@@ -72,8 +72,7 @@ class RealSenseRecording:
 
         IMU samples that were recorded after a younger frame come with the next one.
 
-        Args:
-            timeout: How long to wait [s]; the first frame gets `first_frame_timeout` at least.
+        The first frame gets `first_frame_timeout` at least, in place of `timeout` [s].
 
         Raises:
             DeviceTimeoutError: the SDK gives no frame within `timeout`.

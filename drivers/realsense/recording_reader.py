@@ -118,11 +118,7 @@ class RecordingReader:
 
 
 def main(descriptor: str) -> None:
-    """Answer at a socket until its other end is closed.
-
-    Args:
-        descriptor: Its number.
-    """
+    """Answer at the socket of a descriptor until its other end is closed."""
     end_when_left(int(descriptor))
     resource.setrlimit(resource.RLIMIT_DATA, (_MOST_MEMORY, _MOST_MEMORY))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

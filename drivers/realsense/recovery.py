@@ -52,13 +52,7 @@ class StreamRecovery:
         self._due = now
 
     def next(self, now: float, streaming: bool, listed: bool) -> RecoveryStep:
-        """The step to do now; the caller does it.
-
-        Args:
-            now: Time [s].
-            streaming: Whether streams are open.
-            listed: Whether the camera is on the bus.
-        """
+        """The step to do at `now` [s], with the camera `listed` on the bus or not."""
         if now - self.since >= self._limit:
             return RecoveryStep.GIVE_UP
         if now < self._due:

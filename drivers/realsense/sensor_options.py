@@ -24,13 +24,7 @@ _PRESETS = {
 
 
 def apply_options(device: Any, config: RealSenseConfig, name: str) -> None:
-    """Set the options that each sensor of `device` supports.
-
-    Args:
-        device: `rs.device` that will stream next.
-        config: The wanted options.
-        name: Of the camera, in the log.
-    """
+    """Set the options that each sensor of `device`, an `rs.device` that streams next, supports."""
     for sensor in device.query_sensors():
         for option, value in _wanted(sensor, config):
             if sensor.supports(option):

@@ -1,25 +1,39 @@
-"""Colour, depth and IMU of one RealSense device while they stream."""
+"""Colour, depth and IMU of one RealSense device while they stream.
+
+Depth is filtered by the SDK's own filters before it is registered to colour: in disparity, as Intel
+recommends, where the error of a stereo camera does not depend on distance, so that a step that
+counts as an edge is the same near and far.
+"""
 
 from __future__ import annotations
 
 import logging
 import math
+import time
 import weakref
 from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.depth import without_saturated
-from drivers.realsense.colour import require_format, to_rgb
-from drivers.realsense.config import RealSenseConfig
-from drivers.realsense.depth_filters import DepthFilters
+from drivers.realsense.config import (
+    DepthFilterConfig,
+    RealSenseConfig,
+    SpatialFilterConfig,
+    TemporalFilterConfig,
+)
 from drivers.realsense.imu import RealSenseImu
 from drivers.realsense.sdk import rs
 from drivers.realsense.timestamps import Accepted
-from vizbot.core.camera_limits import is_stamp, require_camera, require_depth_scale
+from vizbot.core.camera_limits import (
+    is_stamp,
+    require_camera,
+    require_depth_scale,
+    without_saturated,
+)
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
 log = logging.getLogger(__name__)
@@ -38,12 +52,8 @@ class RealSenseStreams:
     ) -> None:
         """Start the streams.
 
-        Args:
-            pipeline: `rs.pipeline` that is stopped.
-            wanted: `rs.config` of a device with colour and depth (Z16).
-            config: Settings of filters and IMU.
-            name: Of the device, in the log.
-            queue: `rs.frame_queue` for the framesets; None leaves them to the pipeline.
+        `pipeline` (`rs.pipeline`) is stopped; `wanted` (`rs.config`) has colour and depth (Z16);
+        without a `queue` (`rs.frame_queue`) the framesets are left to the pipeline.
 
         Raises:
             RuntimeError: the SDK fails.
@@ -94,10 +104,7 @@ class RealSenseStreams:
     def frame(self, frames: Any, accepted: Accepted, imu_since: float = -math.inf) -> RGBDFrame:
         """Make a frame of a frameset.
 
-        Args:
-            frames: `rs.composite_frame` with colour and depth.
-            accepted: Its checked stamps.
-            imu_since: IMU samples that are not younger are dropped [s, as the frames' stamps].
+        IMU samples that are not younger than `imu_since` are dropped [s, as the frames' stamps].
 
         Raises:
             RuntimeError: its images are not of the size that the calibration says.
@@ -178,3 +185,100 @@ def _coincide(depth: Any, color: Any) -> bool:
     between = depth.get_extrinsics_to(color)
     apart = any(between.translation) or between.rotation != np.eye(3).ravel().tolist()
     return not apart and _pinhole(depth) == _pinhole(color)
+
+
+_CONVERSIONS = {
+    "bgr8": cv2.COLOR_BGR2RGB,
+    "rgba8": cv2.COLOR_RGBA2RGB,
+    "bgra8": cv2.COLOR_BGRA2RGB,
+    "yuyv": cv2.COLOR_YUV2RGB_YUYV,
+    "uyvy": cv2.COLOR_YUV2RGB_UYVY,
+    "y8": cv2.COLOR_GRAY2RGB,
+    "y16": cv2.COLOR_GRAY2RGB,
+}
+"""By the SDK's name of the format (`rs.format`)."""
+
+
+def require_format(name: str) -> None:
+    """Check that images of a format, by the SDK's name, can be converted.
+
+    Raises:
+        RuntimeError: they cannot.
+    """
+    if name != "rgb8" and name not in _CONVERSIONS:
+        raise RuntimeError(f"its colour is {name}, which is not one of {', '.join(_CONVERSIONS)}")
+
+
+def to_rgb(pixels: NDArray[np.generic], name: str, height: int, width: int) -> NDArray[np.uint8]:
+    """A copy (H, W, 3) of the SDK's buffer, whose pixels have the format `name`.
+
+    Raises:
+        RuntimeError: it is of another size.
+    """
+    raw = np.ascontiguousarray(pixels).view(np.uint8).ravel()
+    if raw.size == 0 or raw.size % (height * width):
+        raise RuntimeError("its images are of another size than its calibration says")
+    image = raw.reshape(height, width, -1)
+    if name == "rgb8":
+        return image.copy()
+    # Of 16 bits the higher ones are the second byte.
+    kept = image[..., 1:].copy() if name == "y16" else image
+    return np.asarray(cv2.cvtColor(kept, _CONVERSIONS[name]), np.uint8)
+
+
+_FARTHEST = 16.0
+"""Of the SDK's threshold filter [m]."""
+
+
+class DepthFilters:
+    """The configured filters, in order; without any, frames pass unchanged."""
+
+    def __init__(self, config: DepthFilterConfig) -> None:
+        """Build a chain for one run of the streams: temporal filters have state."""
+        self._chain: list[Any] = []
+        self._seconds = 0.0
+        self._frames = 0
+        if config.nearest is not None or config.farthest is not None:
+            farthest = _FARTHEST if config.farthest is None else config.farthest
+            nearest = min(config.nearest or 0.0, _FARTHEST)
+            self._chain.append(rs.threshold_filter(nearest, min(farthest, _FARTHEST)))
+        smoothing = []
+        if config.spatial is not None:
+            smoothing.append(_spatial(config.spatial))
+        if config.temporal is not None:
+            smoothing.append(_temporal(config.temporal))
+        if smoothing:
+            to_disparity, to_depth = rs.disparity_transform(True), rs.disparity_transform(False)
+            self._chain += [to_disparity, *smoothing, to_depth]
+
+    @property
+    def cost(self) -> float:
+        """Mean time per frame on this machine so far [s]; 0 without filters."""
+        return self._seconds / self._frames if self._frames else 0.0
+
+    def process(self, frames: Any) -> Any:
+        """The frameset with its depth filtered."""
+        if not self._chain:
+            return frames
+        began = time.perf_counter()
+        for stage in self._chain:
+            frames = stage.process(frames)
+        self._seconds += time.perf_counter() - began
+        self._frames += 1
+        return frames.as_frameset()
+
+
+def _spatial(config: SpatialFilterConfig) -> Any:
+    stage = rs.spatial_filter()
+    stage.set_option(rs.option.filter_magnitude, config.passes)
+    stage.set_option(rs.option.filter_smooth_alpha, config.alpha)
+    stage.set_option(rs.option.filter_smooth_delta, config.delta)
+    return stage
+
+
+def _temporal(config: TemporalFilterConfig) -> Any:
+    stage = rs.temporal_filter()
+    stage.set_option(rs.option.filter_smooth_alpha, config.alpha)
+    stage.set_option(rs.option.filter_smooth_delta, config.delta)
+    stage.set_option(rs.option.holes_fill, config.persistence)
+    return stage

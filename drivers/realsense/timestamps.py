@@ -135,12 +135,7 @@ class SharedClock:
         self._warned = False
 
     def note(self, domain: str, now: float) -> None:
-        """Check a frame.
-
-        Args:
-            domain: The SDK's name for the clock of its stamp.
-            now: Time of reception [s].
-        """
+        """Check a frame by the SDK's name for its clock; it was received at `now` [s]."""
         if domain == _GLOBAL:
             self._apart_since = None
         elif self._apart_since is None:

@@ -25,10 +25,8 @@ class Roomba:
     def __init__(self, link: Link, clock: Clock, config: RoombaConfig) -> None:
         """Wait until the base streams and is in Safe (or Full) mode.
 
-        Args:
-            link: To the service that owns the port; closed with the base, and when this fails.
-            clock: The clock of the service.
-            config: The settings of the service.
+        `link` leads to the service that owns the port; it is closed with the base, and when this
+        fails.
 
         Raises:
             DeviceError: nothing on the port answers like a Roomba, or the base stays in another

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 
 from drivers.roomba.packets import SIZES, Buttons
+from vizbot.core.types import Feedback
 
 STRAIGHT = -32768
 """Radius of Drive for a straight line: 0x8000; 0x7FFF means the same."""
@@ -97,28 +98,6 @@ class Days(IntFlag):
     SATURDAY = 64
 
 
-class SchedulingLeds(IntFlag):
-    """Second argument of Scheduling LEDs (page 16)."""
-
-    COLON = 1
-    PM = 2
-    AM = 4
-    CLOCK = 8
-    SCHEDULE = 16
-
-
-class Segments(IntFlag):
-    """Each argument of Digit LEDs Raw (page 17)."""
-
-    TOP = 1
-    UPPER_RIGHT = 2
-    LOWER_RIGHT = 4
-    BOTTOM = 8
-    LOWER_LEFT = 16
-    UPPER_LEFT = 32
-    MIDDLE = 64
-
-
 @dataclass(frozen=True, slots=True)
 class Argument:
     """One argument of a command.
@@ -187,8 +166,8 @@ def _layouts() -> dict[Opcode, CommandLayout]:
         Opcode.STREAM: CommandLayout((), (packet,), 255),
         Opcode.QUERY_LIST: CommandLayout((), (packet,), 255),
         Opcode.PAUSE_RESUME_STREAM: CommandLayout((_number("state", 0, 1),)),
-        Opcode.SCHEDULING_LEDS: CommandLayout((_bits("days", Days), _bits("LEDs", SchedulingLeds))),
-        Opcode.DIGIT_LEDS_RAW: CommandLayout((_bits("segments", Segments),) * 4),
+        Opcode.SCHEDULING_LEDS: CommandLayout((_bits("days", Days), _number("LEDs", 0, 31))),
+        Opcode.DIGIT_LEDS_RAW: CommandLayout((_number("segments", 0, 127),) * 4),
         Opcode.DIGIT_LEDS_ASCII: CommandLayout((_number("character", 32, 126),) * 4),
         Opcode.BUTTONS: CommandLayout((_bits("buttons", Buttons),)),
         Opcode.SCHEDULE: CommandLayout((_bits("days", Days), *time * 7)),
@@ -205,7 +184,6 @@ class Command:
     """One command as it was read from the line.
 
     Attributes:
-        opcode: Which command.
         arguments: In the order of the wire, counts left out; not range-checked.
     """
 
@@ -290,3 +268,44 @@ def _decode(layout: CommandLayout, encoded: bytes) -> tuple[int, ...]:
         values.append(int.from_bytes(encoded[start:end], "big", signed=argument.signed))
         start = end
     return (*values, *encoded[start + 1 :])
+
+
+_GREEN, _ORANGE, _RED = 0, 64, 255
+_BRIGHT = 255
+_SHORT, _LONG = 12, 24
+"""Durations of notes [1/64 s]."""
+
+_LIGHTS = {
+    Feedback.LISTENING: (Leds.SPOT, _GREEN),
+    Feedback.FOUND: (Leds.DEBRIS, _GREEN),
+    Feedback.NOT_FOUND: (Leds(0), _ORANGE),
+    Feedback.STUCK: (Leds.CHECK_ROBOT, _RED),
+    Feedback.DOUBT: (Leds.SPOT, _ORANGE),
+}
+"""Lit LEDs, and the colour of the power LED, for each feedback."""
+_SONGS = {
+    Feedback.LISTENING: ((76, _SHORT),),
+    Feedback.FOUND: ((67, _SHORT), (72, _SHORT), (76, _LONG)),
+    Feedback.NOT_FOUND: ((67, _SHORT), (62, _LONG)),
+    Feedback.STUCK: ((50, _SHORT), (50, _SHORT), (50, _LONG)),
+    Feedback.DOUBT: ((67, _SHORT), (74, _SHORT)),
+}
+"""Notes (MIDI numbers) and durations; the order gives the slot of each song."""
+
+
+def songs() -> bytes:
+    """Commands that store the songs in their slots, which a reset of the base clears."""
+    return b"".join(
+        encode(Opcode.SONG, slot, *(number for note in notes for number in note))
+        for slot, notes in enumerate(_SONGS.values())
+    )
+
+
+def show_feedback(feedback: Feedback) -> bytes:
+    """Commands that light the LEDs and play the song (manual, pages 16, 19 and 20).
+
+    No data byte of them is an opcode: where the line loses an opcode, their data start nothing.
+    """
+    leds, colour = _LIGHTS[feedback]
+    lights = encode(Opcode.LEDS, leds, colour, _BRIGHT)
+    return lights + encode(Opcode.PLAY, list(_SONGS).index(feedback))

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from vizbot.core.settings import BASIC, SETTINGS
+from vizbot.core.settings import BASIC, Settings
 
 
-class RoombaConfig(BaseModel):
+class RoombaConfig(Settings):
     """Geometry, speed limits and timeouts of the base."""
-
-    model_config = SETTINGS
 
     wheel_base: float = Field(default=0.235, ge=0.15, le=0.35, json_schema_extra=BASIC)
     """The wheels are this far apart; it is the manual's value until calibrated [m]."""

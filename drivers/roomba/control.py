@@ -14,24 +14,21 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 
-from drivers.roomba.caster_wheel import CasterWheel
-from drivers.roomba.commands import Opcode, encode
+from drivers.roomba.commands import Opcode, encode, show_feedback
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.drive_command import (
     COMPLETION,
     SURE_STOP,
     CommandedSpeeds,
+    allowed,
     drive_command,
     within_limits,
 )
-from drivers.roomba.feedback import show_feedback
-from drivers.roomba.odd_values import OddValues
-from drivers.roomba.odometry import WheelOdometry, without_reversal
+from drivers.roomba.odometry import CasterWheel, WheelOdometry, without_reversal
 from drivers.roomba.oi_mode import AT_ONCE, REST_BY_FORCE, RETRY_PERIOD, OiModeKeeper
 from drivers.roomba.packets import Packet
-from drivers.roomba.reflexes import allowed
 from drivers.roomba.state import STREAMED, base_state
-from drivers.roomba.stream import StreamParser
+from drivers.roomba.stream import OddValues, StreamParser
 from vizbot.core.diff_drive import wheel_speeds, within_wheel_limit
 from vizbot.core.types import STOP, BaseMode, BaseState, Button, Feedback, Twist
 
@@ -63,13 +60,7 @@ class RoombaControl:
     """
 
     def __init__(self, name: str, config: RoombaConfig, now: float) -> None:
-        """Request Safe mode for as long as a base may take to start.
-
-        Args:
-            name: Of the port, for messages.
-            config: Limits.
-            now: Time [s].
-        """
+        """Request Safe mode for as long as a base may take to start, from `now` [s] on."""
         self.state: BaseState | None = None
         self.mode_offset = config.mode_offset
         self._name = name
@@ -119,9 +110,7 @@ class RoombaControl:
         It is listened to before it is woken, which would end its mode: a base that still obeys has
         not been lifted.
 
-        Args:
-            now: Time [s].
-            slept: Whether this machine was suspended meanwhile, for a time that `now` lacks.
+        `slept`: this machine was suspended meanwhile, for a time that `now` [s] lacks.
         """
         self._stream = StreamParser(STREAMED)
         self._commanded.clear()
@@ -142,12 +131,8 @@ class RoombaControl:
     ) -> None:
         """Go on where another control ended, whose base was then left at rest in Passive mode.
 
-        Args:
-            state: Its last; None before the first.
-            counts: Of the left and the right encoder at that state; None where not known.
-            mode_offset: Offset of the mode that the firmware reports; None until it is known.
-            now: Time [s].
-            docks: Whether the base was looking for its dock, or had found it.
+        Its last `state`, the `counts` of the left and the right encoder at it and the `mode_offset`
+        are None where they are not known; `docks`: the base looked for its dock, or had found it.
         """
         self.mode_offset = mode_offset
         if state is None:

@@ -12,6 +12,7 @@ from functools import lru_cache
 
 from drivers.roomba.commands import Opcode, encode
 from drivers.roomba.config import RoombaConfig
+from vizbot.core.types import STOP, BaseState, Twist
 
 _LIVE = frozenset(Opcode)
 _HARMLESS = tuple(
@@ -50,10 +51,7 @@ def within_limits(right: float, left: float, config: RoombaConfig) -> tuple[int,
     The limits hold for what the wheels do, with the manual's geometry as well as with the
     calibrated one: settings that are wrong make no wheel and no turn faster.
 
-    Args:
-        right: Wanted speed at the rim by the calibration [m/s].
-        left: Likewise.
-        config: Limits and calibration.
+    Both are wanted speeds at the rim by the calibration [m/s].
     """
     rolls = max(1.0, config.wheel_scale)
     most = min(500, int(1000 * config.max_wheel_speed / rolls + 1e-9))
@@ -69,12 +67,7 @@ def within_limits(right: float, left: float, config: RoombaConfig) -> tuple[int,
 
 
 def drive_command(right: int, left: int) -> bytes:
-    """Drive Direct, behind what completes a command that a lost byte left open.
-
-    Args:
-        right: `harmless` speed [mm/s].
-        left: Likewise.
-    """
+    """Drive Direct at `harmless` speeds [mm/s], behind the rest of a command cut by a lost byte."""
     return COMPLETION + encode(Opcode.DRIVE_DIRECT, right, left)
 
 
@@ -119,3 +112,29 @@ class CommandedSpeeds:
     def clear(self) -> None:
         """Drop all commands: none is in force any more."""
         self._commanded.clear()
+
+
+GENTLY = 0.12
+"""Largest speed towards an obstacle that the light bumper senses [m/s]."""
+
+
+def allowed(twist: Twist, state: BaseState) -> Twist:
+    """The part of `twist` that is safe in `state`.
+
+    - The base is in neither Safe nor Full mode, a wheel hangs, or the cable of a charger is plugged
+      in: nothing.
+    - A cliff: only backing off straight, since the rear has no cliff sensors to turn by.
+    - A wheel is stuck: only backing off straight.
+    - The bumper is pressed or a virtual wall is seen: backing off and turning on the spot.
+    - Something reflects right before the front of the bumper: forward only slowly.
+    """
+    if not state.mode.obeys or any(state.wheel_drops) or state.plugged_in:
+        return STOP
+    if any(state.cliffs) or any(state.overcurrents):
+        return twist if twist.linear < 0 and twist.angular == 0 else STOP
+    if state.blocked:
+        return twist if twist.linear <= 0 else STOP
+    if any(state.light_bumpers[1:-1]) and twist.linear > GENTLY:
+        slower = GENTLY / twist.linear
+        return Twist(GENTLY, twist.angular * slower)
+    return twist

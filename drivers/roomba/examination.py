@@ -11,11 +11,10 @@ import numpy as np
 from drivers.roomba.commands import Opcode, encode
 from drivers.roomba.control import WAKE_UP
 from drivers.roomba.drive_command import SURE_STOP
-from drivers.roomba.odd_values import OddValues
 from drivers.roomba.packets import Packet
 from drivers.roomba.serial_port import SerialPort
 from drivers.roomba.state import STREAMED, base_state
-from drivers.roomba.stream import PERIOD, StreamParser, encoded_size
+from drivers.roomba.stream import PERIOD, OddValues, StreamParser, encoded_size
 from vizbot.core.interfaces import Clock
 from vizbot.core.types import BaseMode, BaseState
 
@@ -50,10 +49,7 @@ def examine_base(port: SerialPort, clock: Clock, seconds: float = 2.0) -> BaseEx
 
     It is left in Passive or Off mode, in which it charges.
 
-    Args:
-        port: Open; it stays the caller's to close.
-        clock: Time of the port.
-        seconds: How long to listen.
+    The open port stays the caller's to close.
 
     Raises:
         OSError: the port is gone.

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 import math
 
 import numpy as np
 
 from drivers.roomba.commands import METRES_PER_COUNT
 from vizbot.core.diff_drive import rolled
-from vizbot.core.types import SE3
+from vizbot.core.types import SE3, BaseState
+
+logger = logging.getLogger(__name__)
+
+_STANDSTILL = 1.0
+"""A caster that stands still so long while the wheels roll straight ahead is told of [s]."""
 
 
 def counts_between(old: int, new: int) -> int:
@@ -48,9 +54,8 @@ class WheelOdometry:
     def __init__(self, wheel_base: float, wheel_scale: float) -> None:
         """Start at the identity.
 
-        Args:
-            wheel_base: Distance between the wheels [m].
-            wheel_scale: Metres truly rolled for each metre that the encoders count.
+        `wheel_base` is between the wheels [m]; `wheel_scale` is metres truly rolled for each
+        counted.
         """
         self._wheel_base = wheel_base
         self._metres_per_count = METRES_PER_COUNT * wheel_scale
@@ -59,15 +64,9 @@ class WheelOdometry:
         self.T_odom_base: SE3 = np.eye(4)
 
     def update(self, left: int, right: int, farthest: float = math.inf) -> bool:
-        """Add the motion up to new counts of the encoders.
+        """Add the motion up to new counts of the encoders; whether they are plausible.
 
-        Args:
-            left: Count.
-            right: Count.
-            farthest: Largest distance that a wheel can have rolled since the last update [m].
-
-        Returns:
-            Whether the counts are plausible; counts that jumped are taken for a standstill.
+        Counts by which a wheel would have rolled beyond `farthest` [m] are taken for a standstill.
         """
         old_left, old_right = self.counts or (left, right)
         self.counts = left, right
@@ -86,3 +85,29 @@ class WheelOdometry:
     def skip(self) -> None:
         """Ignore what the encoders count until the next update."""
         self.counts = None
+
+
+class CasterWheel:
+    """Warns, once until it rolls again, when the caster stands still although the base drives."""
+
+    def __init__(self, name: str) -> None:
+        """`name` of the port, for the message."""
+        self._name = name
+        self._still_since: float | None = None
+        self._warned = False
+
+    def observe(self, state: BaseState, *, ahead: bool) -> None:
+        """Update; `ahead`: the driven wheels are commanded to roll straight ahead, and do."""
+        if state.rolls:
+            self._warned = False
+        if not ahead or state.blocked or state.rolls is not False:
+            self._still_since = None
+        elif self._still_since is None:
+            self._still_since = state.stamp
+        elif state.stamp - self._still_since > _STANDSTILL and not self._warned:
+            self._warned = True
+            logger.warning(
+                "%s: the wheels roll ahead and the front wheel does not: they slip, or it is stuck "
+                "or missing; look under the robot, clean the front wheel",
+                self._name,
+            )

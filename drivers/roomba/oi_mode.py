@@ -14,10 +14,9 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-from drivers.roomba.commands import Opcode, encode
+from drivers.roomba.commands import Opcode, encode, songs
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.drive_command import COMPLETION, STOP_WHEELS, SURE_STOP
-from drivers.roomba.feedback import songs
 from drivers.roomba.state import why_passive
 from vizbot.core.types import BaseMode, BaseState
 
@@ -79,13 +78,7 @@ class OiModeKeeper:
     """
 
     def __init__(self, name: str, config: RoombaConfig, now: float) -> None:
-        """Request the mode for as long as a base may take to start.
-
-        Args:
-            name: Of the port, for messages.
-            config: Limits.
-            now: Time [s].
-        """
+        """Request the mode for as long as a base may take to start, from `now` [s] on."""
         self.goal = BaseMode.FULL if config.full_mode else BaseMode.SAFE
         self.woken_at = -math.inf
         self.maybe_moved = False
@@ -141,11 +134,8 @@ class OiModeKeeper:
     ) -> None:
         """Note that the base is heard again, before `update` takes its first frame.
 
-        Args:
-            before: The last state before the silence.
-            silence: Its length [s]; infinite where it is not known.
-            stopped_by_us: Whether a command of ours must have left it in Passive mode, besides a
-                Start of which this keeper knows.
+        `silence` is its length [s], infinite where it is not known; `stopped_by_us`: a command of
+        ours must have left it in Passive mode, besides a Start of which this keeper knows.
         """
         if self._should_obey or self._docks:
             self._returned = _Return(
@@ -156,10 +146,7 @@ class OiModeKeeper:
     def take_over(self, last: BaseState, now: float, *, docks: bool) -> None:
         """Go on from the last state of another keeper, which heard the base until then.
 
-        Args:
-            last: The state.
-            now: Time [s].
-            docks: Whether that keeper had released the base to look for its dock.
+        With `docks` that keeper had released the base to look for its dock.
         """
         self._docks = docks
         self._request_until, self._requested_at = -math.inf, now - RETRY_PERIOD
@@ -252,10 +239,7 @@ class OiModeKeeper:
     def request(self, now: float, *, asked: bool, rolls: bool) -> bytes:
         """Bytes to send to a base that is heard; they stop the wheels, too.
 
-        Args:
-            now: Time [s].
-            asked: Whether the program has given an order lately.
-            rolls: Whether the wheels turn.
+        `asked`: the program has given an order lately; `rolls`: the wheels turn.
         """
         if self._releases:
             return STOP_WHEELS + COMPLETION + encode(Opcode.START)

@@ -165,11 +165,7 @@ def encode_packets(
 ) -> bytes:
     """The bare data of `ids`, as a base replies to Sensors or Query List.
 
-    Args:
-        ids: Packets or groups.
-        values: Of all their packets.
-        unlimited: A packet that may have any value that fits its bytes, as the mode of some
-            firmware has.
+    The packet `unlimited` may have any value that fits its bytes, as the mode of some firmware has.
 
     Raises:
         ValueError: an id is unknown, or a value is outside the range of its packet.

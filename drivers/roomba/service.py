@@ -36,7 +36,6 @@ class Drive:
     """Hold a twist.
 
     Attributes:
-        twist: The twist.
         stamp: Time of the command [s]; the command timeout counts from there.
     """
 
@@ -56,11 +55,7 @@ class SeekDock:
 
 @dataclass(frozen=True, slots=True)
 class Show:
-    """Light the LEDs and play a song.
-
-    Attributes:
-        feedback: What they show.
-    """
+    """Light the LEDs and play a song."""
 
     feedback: Feedback
 
@@ -89,7 +84,6 @@ class Checkpoint:
     """What a service needs to go on where another one ended.
 
     Attributes:
-        name: Of the port.
         state: The last state; None before the first.
         counts: Left and right encoder at that state; None where they are not known.
         mode_offset: Offset of the mode that the firmware reports; None until it is known.
@@ -125,11 +119,7 @@ class Link(Protocol):
 
 
 class RoombaService:
-    """A base on its port; one caller at a time calls `step` over and over.
-
-    Attributes:
-        name: Of the port.
-    """
+    """A base on its port; one caller at a time calls `step` over and over."""
 
     def __init__(
         self,
@@ -140,12 +130,8 @@ class RoombaService:
     ) -> None:
         """Open the port; the base is woken up in the first step.
 
-        Args:
-            open_port: Opens the port of the base.
-            now: The time [s].
-            config: Of the base.
-            last: Of a service that ended without an end of its own, after which the wheels were
-                stopped; then the port is opened in the first step, as after a loss.
+        `last` is of a service that ended without an end of its own, after which the wheels were
+        stopped; then the port is opened in the first step, as after a loss.
 
         Raises:
             DeviceError: it cannot be opened.

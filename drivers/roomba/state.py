@@ -65,11 +65,7 @@ def base_state(
 ) -> BaseState:
     """Decode the bits of a frame.
 
-    Args:
-        values: Of the packets `STREAMED`, within their ranges.
-        stamp: When the frame was read [s].
-        T_odom_base: Odometry up to this frame.
-        mode: Open Interface mode, the firmware's offset taken out.
+    `values` are within their ranges; the firmware's offset is taken out of `mode`.
     """
     contacts = values[Packet.BUMPS_AND_WHEEL_DROPS]
     overcurrents, power = values[Packet.OVERCURRENTS], values[Packet.CHARGING_SOURCES]

@@ -2,16 +2,31 @@
 
 A frame is [19][N][id][data]...[id][data][checksum], N the bytes between N and the checksum; the low
 byte of the sum of all bytes, header and checksum included, is 0. Nothing escapes a 19 in the data.
+
+Some firmware has a bit or a state more than the manual of the 600 series, in every frame. Frames
+that a spoilt line made up and that pass their checksum by chance have such values, too, but not
+the same ones again and again.
 """
 
 from __future__ import annotations
 
+import logging
 import struct
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 
-from drivers.roomba.packets import SIZES, Packet, singles, wire_codes, within_ranges
+from drivers.roomba.packets import (
+    SIZES,
+    Packet,
+    nearest_allowed,
+    out_of_range,
+    singles,
+    wire_codes,
+    within_ranges,
+)
+
+logger = logging.getLogger(__name__)
 
 HEADER = 19
 PERIOD = 0.015
@@ -49,12 +64,7 @@ def _frame_layout(ids: tuple[int, ...]) -> _FrameLayout:
 def encode_sensor_frame(
     ids: Iterable[int], values: Mapping[Packet, int], unlimited: Packet | None = None
 ) -> bytes:
-    """One frame with the packets or groups `ids`.
-
-    Args:
-        ids: Packets or groups.
-        values: Of all their packets.
-        unlimited: A packet that may have any value that fits its bytes.
+    """One frame with packets or groups `ids`; `unlimited` has any value that fits its bytes.
 
     Raises:
         ValueError: an id is unknown, a value is out of range, or the frame holds over 255 bytes.
@@ -135,3 +145,42 @@ class StreamParser:
         if len(buffer) < size:
             return None
         return tuple(ids) if sum(buffer[:size]) % 256 == 0 else ()
+
+
+_FRAMES = 5
+"""Frames in a row with the same odd packets from which on they are the base's own."""
+
+
+class OddValues:
+    """Learns which packets of a base have values of their own, and replaces those values."""
+
+    def __init__(self, name: str) -> None:
+        """`name` of the port, for messages."""
+        self._name = name
+        self._known: set[Packet] = set()
+        self._last: tuple[Packet, ...] = ()
+        self._in_a_row = 0
+
+    def corrected(self, values: Mapping[Packet, int]) -> Mapping[Packet, int] | None:
+        """The values of a frame within the manual's ranges; None for a frame to be dropped."""
+        odd = out_of_range(values)
+        self._in_a_row = self._in_a_row + 1 if odd == self._last else 1
+        self._last = odd
+        if not odd:
+            return values
+        unknown = [packet for packet in odd if packet not in self._known]
+        if Packet.OI_MODE in odd or (unknown and self._in_a_row < _FRAMES):
+            logger.debug("%s: dropped an impossible sensor frame: %s", self._name, values)
+            return None
+        for packet in unknown:
+            logger.warning(
+                "%s: this base sends %d as %s (packet %d), which its manual does not have;"
+                " %d is taken for it",
+                self._name,
+                values[packet],
+                packet.name.lower().replace("_", " "),
+                packet,
+                nearest_allowed(packet, values[packet]),
+            )
+        self._known.update(unknown)
+        return {**values, **{packet: nearest_allowed(packet, values[packet]) for packet in odd}}

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import Settings
 
 _Rate = Annotated[float, Field(ge=-1.0, le=1.0)]
 
 
-class ResidualsConfig(BaseModel):
+class ResidualsConfig(Settings):
     """Residuals of a calibration."""
-
-    model_config = SETTINGS
 
     axle: float = Field(default=0.0, ge=0.0, le=1.0)
     """In the turn the middle of the axle seemed to move by this (RMS) [m]."""
@@ -32,10 +30,8 @@ class ResidualsConfig(BaseModel):
     """The mean of the rates at rest has this standard error [rad/s]."""
 
 
-class CalibrationConfig(BaseModel):
+class CalibrationConfig(Settings):
     """When wheels and mount were calibrated, and how well."""
-
-    model_config = SETTINGS
 
     date: str = ""
     """The robot was calibrated on this date; it is empty until `vizbot calibrate` sets it."""

@@ -28,7 +28,6 @@ class Mount:
     """Where the camera sits.
 
     Attributes:
-        T_base_cam: The mount.
         spin_residual: Apparent motion of the middle of the axle while the base turns on the spot
             (RMS) [m].
         floor_residual: Angle between the floor's normal and the axis of that turn [rad].
@@ -77,7 +76,7 @@ def mount_from_motions(
     floor_points: Sequence[NDArray[np.float64]],
     least_floors: int = 1,
 ) -> Mount | None:
-    """Estimate the mount of the camera.
+    """Estimate the mount of the camera; None if fewer frames than `least_floors` show the floor.
 
     Up is the mean of the axis about which the camera turned and of the floor's normal, whose errors
     are independent.
@@ -89,9 +88,6 @@ def mount_from_motions(
         floors: Rough T_base_cam by the floor in some frames (`floor_level`).
         floor_points: (N, 3) points of those frames in `cam` [m].
         least_floors: Least number of those frames that show the floor at one height.
-
-    Returns:
-        The mount; None if fewer frames do.
     """
     axle, axis, residual = axle_in_camera(Ts_first_cam)
     roughly = float(np.median([T_base_cam[2, 3] for T_base_cam in floors]))

@@ -55,13 +55,7 @@ class Belief:
     """The belief for one question."""
 
     def __init__(self, question: Query, weights: Weights, *, room: bool = False) -> None:
-        """Begin with nothing seen.
-
-        Args:
-            question: What is asked for.
-            weights: The fitted numbers.
-            room: Whether a room is asked for; one that has rivals is.
-        """
+        """Begin with nothing seen; a `room` that is asked for has rivals."""
         self._question, self._weights = question, weights
         self._room = room or len(question.rivals) > 0
         self._elements = 0

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Self
 
-from pydantic import BaseModel, Field, model_validator
+from pydantic import Field, model_validator
 
-from vizbot.core.settings import BASIC, SETTINGS
+from vizbot.core.settings import BASIC, Settings
 
 
-class ClipMapperConfig(BaseModel):
+class ClipMapperConfig(Settings):
     """How a frame is split into patches."""
-
-    model_config = SETTINGS
 
     patch_size: int = Field(default=224, ge=8, le=4096, json_schema_extra=BASIC)
     """A patch at scale 0 (the paper's S) is this wide, whatever the encoder's input size [px]."""

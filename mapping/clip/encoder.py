@@ -347,10 +347,7 @@ def _unit(features: torch.Tensor) -> NDArray[np.float32]:
 
 
 def compute_device(name: str) -> torch.device:
-    """The device of PyTorch that a setting names.
-
-    Args:
-        name: `cpu`, `cuda`, `cuda:1`, or `auto`: CUDA where there is a device.
+    """The device of PyTorch that a setting names; `auto` is CUDA where there is a device.
 
     Raises:
         ConfigError: there is no such device.

@@ -44,7 +44,7 @@ def features(
     shares: NDArray[np.float32],
     tail: float,
 ) -> NDArray[np.float32]:
-    """What the weights count of each view of a place.
+    """What the weights count of each view of a place: (R, 20) float32.
 
     Args:
         scores: (N, 2) of the elements, as of `Query.scores`.
@@ -52,9 +52,6 @@ def features(
         ranges: (R,) distance of the place from the camera on the plan [m].
         shares: (R,) share of the finest patch that shows the place.
         tail: Of the question, as of `Query.tail`.
-
-    Returns:
-        (R, 20) float32.
     """
     columns: list[NDArray[np.float32]] = []
     for kind, bounds in enumerate((LOG_ODDS, STANDARD)):

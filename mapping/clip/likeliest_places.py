@@ -70,13 +70,8 @@ def likeliest_places(
 ) -> list[LikelyPlace]:
     """The likeliest places of a map, at most `MOST`, the likeliest first.
 
-    Args:
-        belief: What is believed of them.
-        views: The views of places.
-        keyframe_poses: T_map_cam of every keyframe.
-        embeddings: (N, D) of the map's elements.
-        question: What is asked for.
-        first_xy: (2,) a place that is to come before all others, in `map` [m].
+    Arrays and poses are as for `belief_of_map`; `first_xy` (2,) in `map` [m] comes before all
+    others.
     """
     rows, places = views.rows, views.placed(keyframe_poses).places
     row_of, column_of = np.nonzero(belief.seen)

@@ -72,11 +72,7 @@ class ClipMap:
     ) -> None:
         """Add a frame's elements.
 
-        Args:
-            keyframe: Id of the keyframe the frame is anchored to.
-            T_keyframe_cam: The frame's camera in that keyframe's camera.
-            elements: Of the frame.
-            frame_index: Of the frame in the run.
+        The elements are anchored to `keyframe`, in whose camera the frame's is `T_keyframe_cam`.
         """
         count = len(elements.points_cam)
         self._embeddings.add(elements.embeddings)

@@ -40,10 +40,7 @@ def is_class_name(name: str) -> bool:
 
 
 def require_module(name: str) -> None:
-    """Refuse a class whose module is nowhere.
-
-    Args:
-        name: `MODULE:CLASS`; the module is one that is installed, or lies in this folder.
+    """Refuse a `MODULE:CLASS` whose module is nowhere: neither installed nor in this folder.
 
     Raises:
         ConfigError: there is no such module.
@@ -61,10 +58,7 @@ def require_module(name: str) -> None:
 
 
 def open_class(name: str) -> ClipEncoder:
-    """An encoder of the class that is named, made without arguments.
-
-    Args:
-        name: `MODULE:CLASS`.
+    """An encoder of the class that `MODULE:CLASS` names, made without arguments.
 
     Raises:
         ConfigError: there is no such class, it cannot be made, or it does not keep the contract.

@@ -106,12 +106,8 @@ class PlaceMap:
     ) -> None:
         """Add the places that a frame shows; one that shows none was no view.
 
-        Args:
-            keyframe: Id of the keyframe the frame is anchored to.
-            T_keyframe_cam: The frame's camera in that keyframe's camera.
-            T_map_cam: Where that is now.
-            footprint: Of the frame.
-            first_element: Row of the frame's first element in the CLIP map.
+        `T_keyframe_cam` is the frame's camera in that of `keyframe`, `T_map_cam` where it is now;
+        `first_element` is the row of the frame's first element in the CLIP map.
         """
         if len(footprint.shares) == 0:  # depth may be back in the next picture from here
             return
@@ -129,11 +125,7 @@ class PlaceMap:
         self._cameras_keyframe.add_same(T_keyframe_cam[:3, 3].astype(np.float32), count)
 
     def placed(self, keyframe_poses: Mapping[int, SE3]) -> PlacedRows:
-        """Where the rows are now.
-
-        Args:
-            keyframe_poses: T_map_cam of every keyframe.
-        """
+        """Where the rows are now, by T_map_cam of every keyframe."""
         rows, known = self.rows, len(self._places)
         again = [
             keyframe

@@ -45,7 +45,6 @@ class PlaceViews:
     """
 
     def __init__(self) -> None:
-        """Begin with no place."""
         self.low = np.zeros(2, np.int64)
         self._places = _blank((0, 0))
 
@@ -101,11 +100,7 @@ class PlaceViews:
         return np.asarray(self._places[..., _LIKENESS] / np.maximum(self._places[..., _VIEWS], 1.0))
 
     def features(self, room: bool) -> NDArray[np.float32]:
-        """What the rule counts of every place (rows, cols, 20).
-
-        Args:
-            room: Whether a room is asked for, which many more places show than any thing.
-        """
+        """What the rule counts of every place (rows, cols, 20); many more places show a `room`."""
         p = self._places
         near, far = (p[..., i] > 0 for i in (_NEAR_COUNT, _FAR_COUNT))
         is_near, is_far = near.astype(np.float32), far.astype(np.float32)

@@ -45,7 +45,6 @@ class Placement:
     """
 
     def __init__(self) -> None:
-        """Begin without elements."""
         self._points = GrowingRows(np.zeros((0, 3)))
         self._seen_from = GrowingRows(np.zeros((0, 2)))
         self._blocks: list[_Block] = []

@@ -9,14 +9,11 @@ from numpy.typing import NDArray
 def similarities(
     embeddings: NDArray[np.float32], query: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Cosine similarity of every element to a query (paper, equation 7).
+    """Cosine similarity (N,) of every element to a query, -1 to 1 (paper, equation 7).
 
     Args:
         embeddings: (N, D) float32, unit rows: only the query needs to be normalised.
         query: (D,) float32, of any length but zero.
-
-    Returns:
-        (N,) float32 in -1 to 1.
     """
     return np.asarray(embeddings @ (query / np.linalg.norm(query)), np.float32)
 

@@ -121,14 +121,11 @@ class Query:
     def scores(
         self, embeddings: NDArray[np.float32], statistics: NDArray[np.float32]
     ) -> NDArray[np.float32]:
-        """The scores of elements.
+        """Scores (N, 2) float32: log odds by the encoder, standard deviations above background.
 
         Args:
             embeddings: (N, D), unit rows.
             statistics: (N, 2) as of `Background.statistics`.
-
-        Returns:
-            (N, 2) float32: log odds by the encoder, and standard deviations above the background.
         """
         cosines = embeddings @ self.embedding
         above = (cosines - statistics[:, 0]) / statistics[:, 1]

@@ -146,15 +146,12 @@ def points_in_map(
     keyframes: NDArray[np.int32],
     keyframe_poses: Mapping[int, SE3],
 ) -> NDArray[np.float64]:
-    """Transform anchored points to `map` by the newest poses of their keyframes.
+    """Anchored points (N, 3) in `map` [m], by the newest poses of their keyframes.
 
     Args:
         points_keyframe: (N, 3), each in the camera of its own keyframe [m].
         keyframes: (N,) ids, 0 and up.
         keyframe_poses: T_map_cam of every keyframe that is referred to.
-
-    Returns:
-        (N, 3) float64 [m].
 
     Raises:
         KeyError: a keyframe that is referred to has no pose.

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import Settings
 
 
-class KeyframeConfig(BaseModel):
+class KeyframeConfig(Settings):
     """Distances between keyframes, and between two that may see the same place."""
 
-    model_config = SETTINGS
     distance: float = Field(default=0.25, ge=0.01, le=5.0)
     """A frame this far from the last keyframe becomes the next one [m]."""
     angle: float = Field(default=0.25, ge=0.01, le=3.2)
@@ -34,10 +33,8 @@ class KeyframeConfig(BaseModel):
     """This number of loop closures is tried for each keyframe [1]."""
 
 
-class PlaceIndexConfig(BaseModel):
+class PlaceIndexConfig(Settings):
     """How descriptors are hashed to words."""
-
-    model_config = SETTINGS
 
     tables: int = Field(default=8, ge=1, le=64)
     """The index has this number of hash tables; two descriptors with a tenth of their bits flipped
@@ -46,10 +43,9 @@ class PlaceIndexConfig(BaseModel):
     """A word of the index has this number of bits [1]."""
 
 
-class PoseGraphConfig(BaseModel):
+class PoseGraphConfig(Settings):
     """Noise of each source of motion."""
 
-    model_config = SETTINGS
     image_rotation_sigma: float = Field(default=0.003, ge=1e-5, le=1.0)
     """A rotation between keyframes by images has at least this standard deviation [rad]."""
     image_translation_sigma: float = Field(default=0.008, ge=1e-5, le=1.0)

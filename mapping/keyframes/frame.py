@@ -18,8 +18,6 @@ class Frame:
     """What is known of the newest frame; each step hands on a copy that knows more.
 
     Attributes:
-        image: As the camera took it.
-        features: Its corners.
         dead_reckoned: Dead reckoning at it; None without wheels.
         T_last_cam: Motion of the camera since the frame before: as predicted until the frame is
             located, then as estimated.
@@ -62,7 +60,6 @@ class KeyframeMatch:
     """A keyframe in which a frame was found.
 
     Attributes:
-        keyframe: Id of the keyframe.
         pose: The frame's camera in it.
     """
 

@@ -44,19 +44,12 @@ class FrameMatcher:
         *,
         once: bool = False,
     ) -> RelativePose | None:
-        """Measure a frame in a keyframe.
+        """Measure a frame in a keyframe; None if too few corners match or the gyroscope objects.
 
-        Args:
-            keyframe: Measured against.
-            features: Corners of the frame.
-            T_keyframe_cam: Predicted pose of the frame.
-            share: Radius of the search, as a fraction of the image's width.
-            now: Dead reckoning at the frame, to check the turn by gyroscope; None skips the check.
-            once: Whether to try one minimal pose only, however few matches agree. Where a frame is
-                linked to several keyframes, the graph gives an odd one little weight.
-
-        Returns:
-            None if too few corners match, or if the gyroscope contradicts the turn.
+        `T_keyframe_cam` is predicted; `share` is the radius of the search, as a fraction of the
+        image's width. With dead reckoning at the frame, `now`, the turn is checked by gyroscope.
+        With `once` one minimal pose is tried, however few matches agree: where a frame is linked to
+        several keyframes, the graph gives an odd one little weight.
         """
         found = self.between(keyframe.features, features, T_keyframe_cam, share, once=once)
         before, T, gates = keyframe.dead_reckoned, self._T_base_cam, self._gates
@@ -99,11 +92,7 @@ class FrameMatcher:
         Where few matches agree, the frame is also measured by way of the frame before, which is
         closest, and in a wider search; the result with most agreeing matches is taken.
 
-        Args:
-            keyframe: The reference keyframe.
-            frame: Its pose is predicted.
-            last: The frame before.
-            shares: Radii of the search, one after another, as fractions of the image's width.
+        `shares` are radii of the search, one after another, as fractions of the image's width.
         """
         features, now, wheel_only = frame.features, frame.dead_reckoned, frame.wheel_only
         best: RelativePose | None = None

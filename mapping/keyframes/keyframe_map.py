@@ -74,11 +74,8 @@ class KeyframeMap:
     ) -> dict[int, RelativePose]:
         """Measure a frame in several keyframes, as `FrameMatcher.match` does.
 
-        Args:
-            frame: To be measured.
-            expected: Of each keyframe, by its id, the predicted pose of the frame in it, and the
-                radius of the search.
-            once: As for `FrameMatcher.match`.
+        `expected` has of each keyframe, by its id, the predicted pose of the frame in it, and the
+        radius of the search; `once` is as for `FrameMatcher.match`.
 
         Returns:
             The frame in those keyframes that it matches. The gyroscope has a say as long as dead
@@ -179,17 +176,11 @@ class KeyframeMap:
         links: Mapping[int, RelativePose],
         wheel_only: NDArray[np.float64],
     ) -> int:
-        """Add a keyframe and solve.
+        """Add a keyframe and solve; return its id.
 
-        Args:
-            frame: The frame that becomes one.
-            features: What is kept of its corners.
-            links: The new camera in other keyframes by images, by id.
-            wheel_only: (2,) distance and turn since the reference that images did not see
-                [m, rad].
-
-        Returns:
-            The id of the new keyframe.
+        Of its corners `features` are kept; `links` are the new camera in other keyframes by images,
+        by id; `wheel_only` (2,) is distance and turn since the reference that images did not see
+        [m, rad].
         """
         dead_reckoned, reference = frame.dead_reckoned, frame.reference
         new, before = max(self._keyframes) + 1, self._keyframes[reference].dead_reckoned
@@ -248,19 +239,12 @@ class KeyframeMap:
         link: RelativePose,
         wheel_slack: tuple[int, NDArray[np.float64]] | None = None,
     ) -> bool:
-        """Link two keyframes that see the same place, once, and solve.
+        """Link keyframes i and j that see the same place, and solve; whether the loop holds.
 
         A link that the rest of the graph contradicts is removed, and not tried again.
 
-        Args:
-            i: Id of a keyframe.
-            j: Id of a keyframe.
-            link: Camera j in i.
-            wheel_slack: Id of the keyframe up to which wheels alone may have erred if the loop
-                holds, and the bound (2,) of that error [m, rad].
-
-        Returns:
-            Whether the loop holds.
+        `link` is camera j in i. Up to the keyframe of `wheel_slack` wheels alone may have erred if
+        the loop holds, by its bound (2,) at most [m, rad].
         """
         pair = (min(i, j), max(i, j))
         if pair not in self._linked:
@@ -279,11 +263,8 @@ class KeyframeMap:
 
         Two keyframes are linked once at most.
 
-        Args:
-            reference: Id of the keyframe that dead reckoning refers to.
-            keyframe: Id of the keyframe in which images found the robot.
-            T_i_j: Camera of `keyframe` in `reference`, by dead reckoning.
-            wheel_only: (2,) distance and turn of the stretch [m, rad].
+        `T_i_j` is the camera of `keyframe` in `reference`, to which dead reckoning refers;
+        `wheel_only` (2,) is distance and turn of the stretch [m, rad].
         """
         pair = (min(reference, keyframe), max(reference, keyframe))
         if pair not in self._linked | self._wheel_linked:

@@ -38,10 +38,7 @@ class _Link:
     """A motion between keyframes that may be removed from the graph.
 
     Attributes:
-        i: Id of a keyframe.
-        j: Id of a keyframe.
         T_i_j: Motion between their bases.
-        noise: Of the motion.
         factor: Index among the new factors, or, once settled, in the solver.
         settled: Whether the solver has it.
         loosened: Of a closure, pairs of the wheel-only links that give way to it: the original
@@ -126,12 +123,8 @@ class PoseGraph:
     ) -> None:
         """Add the motion of the base between i and j by dead reckoning.
 
-        Args:
-            i: Earlier keyframe.
-            j: Later keyframe.
-            T_base_i_base_j: The motion.
-            wheel_only: (2,) distance and turn, to and fro, while no image was believed [m, rad];
-                None where images measured the motion as well.
+        `wheel_only` (2,) is distance and turn, to and fro, while no image was believed [m, rad];
+        None where images measured the motion as well.
         """
         config = self._config
         step, turn = float(np.linalg.norm(T_base_i_base_j[:3, 3])), rotation_angle(T_base_i_base_j)
@@ -152,11 +145,7 @@ class PoseGraph:
     def add_gyro_turn(self, i: int, j: int, T_base_i_base_j: SE3, sigma: float) -> None:
         """Add the turn of the base about its z axis between i and j; it constrains nothing else.
 
-        Args:
-            i: Earlier keyframe.
-            j: Later keyframe.
-            T_base_i_base_j: The motion.
-            sigma: Standard deviation of the turn [rad].
+        `sigma` is the standard deviation of the turn [rad].
         """
         noise = pose_noise((_FREE, _FREE, sigma), _FREE)
         self._between(i, j, T_base_i_base_j, _robust(noise, self._config.gyro_kernel))

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from vizbot.core.settings import BASIC, SETTINGS
+from vizbot.core.settings import BASIC, Settings
 
 
-class ScanConfig(BaseModel):
+class ScanConfig(Settings):
     """How a depth image is classified into floor and obstacles."""
-
-    model_config = SETTINGS
 
     stride: int = Field(default=2, ge=1, le=32)
     """Every n-th pixel of every n-th row is read, and this is n [px]."""
@@ -38,10 +36,8 @@ class ScanConfig(BaseModel):
     """A farther drop is not used, since pitch errs and shiny floors mirror the room [m]."""
 
 
-class DepthMapperConfig(BaseModel):
+class DepthMapperConfig(Settings):
     """Cells of the obstacle map, and how fast evidence changes them."""
-
-    model_config = SETTINGS
 
     scan: ScanConfig = ScanConfig()
     """These settings say how a depth image is read."""

@@ -71,11 +71,7 @@ class DepthMapper:
     """The obstacle map as it grows; `map` has its floor at z = 0."""
 
     def __init__(self, config: DepthMapperConfig, saved: OccupancyGrid | None = None) -> None:
-        """Start empty, or in a saved map.
-
-        Args:
-            config: Cells and evidence.
-            saved: A saved map, which moves with no keyframe.
+        """Start empty, or in a saved map, which moves with no keyframe.
 
         Raises:
             MapError: its cells have another size.
@@ -108,12 +104,8 @@ class DepthMapper:
     ) -> None:
         """Add a depth image (H, W) [m], 0 where nothing was measured.
 
-        Args:
-            keyframe: Id of the keyframe that the frame is anchored to.
-            T_keyframe_cam: The camera in that keyframe's camera.
-            T_map_cam: The camera in the map, heights above the floor included.
-            depth: Distance along the optical axis.
-            intrinsics: Of the depth image.
+        `T_keyframe_cam` is the camera in that of its keyframe; `T_map_cam` has heights above the
+        floor.
         """
         T_map_level = level_pose(T_map_cam)
         T_level_cam = invert(T_map_level) @ T_map_cam
@@ -143,10 +135,7 @@ class DepthMapper:
         Depth never clears them; only the robot's own footprint does (`mark_free`), and
         `forget_touched` those that were only touched.
 
-        Args:
-            T_map_base: Where the robot is.
-            points: Where the obstacles are.
-            touched: Whether the bumper touched them, so that they may move away; an edge does not.
+        What the bumper `touched` may move away; an edge does not.
         """
         on_floor = np.column_stack([points, np.zeros(len(points))])
         for p_map in transform(T_map_base, on_floor):
@@ -196,14 +185,11 @@ class DepthMapper:
         self._paint_footprint(footprint)
 
     def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
-        """Move with the pose graph.
+        """Move with the pose graph; whether the grid is to be painted again, as keyframes moved.
 
         Args:
             keyframe_poses: T_map_keyframe of the keyframes' cameras by id; other keyframes stay
                 where they are.
-
-        Returns:
-            Whether a keyframe moved far enough for the grid to be painted again.
         """
         known = [keyframe for keyframe in self._painted_at if keyframe in keyframe_poses]
         if not known:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import Settings
 
 
-class FeatureConfig(BaseModel):
+class FeatureConfig(Settings):
     """Which corners are detected, and when two of them match."""
 
-    model_config = SETTINGS
     count: int = Field(default=1000, ge=10, le=20000)
     """At most this number of corners is detected in an image [1]."""
     quality: float = Field(default=0.001, ge=1e-6, le=0.5)
@@ -30,10 +29,9 @@ class FeatureConfig(BaseModel):
     """The best distance of descriptors is at most this share of the second best [1]."""
 
 
-class MinimalPoseConfig(BaseModel):
+class MinimalPoseConfig(Settings):
     """Limits of the search for a minimal pose."""
 
-    model_config = SETTINGS
     error: float = Field(default=4.0, ge=0.1, le=100.0)
     """A match agrees with a minimal pose where its reprojection error is at most this [px]."""
     iterations: int = Field(default=1000, ge=1, le=100000)
@@ -42,10 +40,9 @@ class MinimalPoseConfig(BaseModel):
     """A minimal pose is refined where at least this number of matches agrees with it [1]."""
 
 
-class OdometryConfig(BaseModel):
+class OdometryConfig(Settings):
     """When matched corners give a pose."""
 
-    model_config = SETTINGS
     pixel_sigma: float = Field(default=1.0, ge=0.05, le=20.0)
     """A matched corner has this standard deviation [px]."""
     depth_sigma: float = Field(default=0.003, ge=1e-5, le=0.5)
@@ -77,10 +74,9 @@ class OdometryConfig(BaseModel):
     """At least this share of all matches agrees with a pose [1]."""
 
 
-class GatingConfig(BaseModel):
+class GatingConfig(Settings):
     """How far images may contradict the other sources of motion."""
 
-    model_config = SETTINGS
     sure_inliers: int = Field(default=30, ge=1, le=10000)
     """At least this number of matches must agree where the prediction is poor: to close a loop, to
     regain tracking, and to link a keyframe to others than the last [1]."""
@@ -112,10 +108,8 @@ class GatingConfig(BaseModel):
     and match after a larger step [rad]."""
 
 
-class GyroFaultsConfig(BaseModel):
+class GyroFaultsConfig(Settings):
     """When the wheels alone rule the gyroscope out."""
-
-    model_config = SETTINGS
 
     averaging_time: float = Field(default=1.0, ge=0.05, le=60.0)
     """Rates are averaged over this time, since wheels jitter from frame to frame [s]."""
@@ -131,10 +125,8 @@ class GyroFaultsConfig(BaseModel):
     """A person turns the robot where it turns faster than this with standing wheels [rad/s]."""
 
 
-class GyroVoteConfig(BaseModel):
+class GyroVoteConfig(Settings):
     """When images and wheels together rule the gyroscope out."""
-
-    model_config = SETTINGS
 
     turning_time: float = Field(default=1.0, ge=0.05, le=60.0)
     """One vote is about turns that last this time together [s]."""
@@ -146,10 +138,8 @@ class GyroVoteConfig(BaseModel):
     """Wheels that vote against the gyroscope differ from images by at most this share of it [1]."""
 
 
-class TurnCalibrationConfig(BaseModel):
+class TurnCalibrationConfig(Settings):
     """Error model of a source of turns."""
-
-    model_config = SETTINGS
 
     per_radian: float = Field(ge=0.0, le=1.0)
     """The scale has this standard deviation at first, as a fraction of the turn [1]."""
@@ -164,10 +154,9 @@ class TurnCalibrationConfig(BaseModel):
     """A turn by images teaches nothing where it is off by more standard deviations [1]."""
 
 
-class DeadReckoningConfig(BaseModel):
+class DeadReckoningConfig(Settings):
     """Use of the gyroscope, and of the wheels where there is none."""
 
-    model_config = SETTINGS
     least_standing: float = Field(default=0.5, ge=0.01, le=60.0)
     """The bias is known after the robot has stood for this time [s]."""
     memory: float = Field(default=30.0, ge=0.1, le=3600.0)

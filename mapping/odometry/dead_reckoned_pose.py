@@ -93,12 +93,8 @@ def agrees_with_wheels(
     The fewer matches agree on the pose, the nearer it must be. Many may contradict dead reckoning
     altogether, for wheels slip.
 
-    Args:
-        found: By images.
-        predicted: The same pose by dead reckoning.
-        wheel_only: (2,) distance and turn since images were last believed [m, rad]; None without
-            wheels.
-        config: The gates.
+    `wheel_only` (2,) is distance and turn since images were last believed [m, rad]; None without
+    wheels.
     """
     if wheel_only is None or _is_sure(found, config):
         return True
@@ -139,12 +135,7 @@ def turns_like_gyro(
     outvote the gyroscope: wheels must agree much better with the images than with it, and either
     the images are sure, or wheels rule the gyroscope out by themselves.
 
-    Args:
-        T_before_now: Motion of the base, by images.
-        sure: Whether many matches agree on it.
-        before: Dead reckoning at the start of the motion.
-        now: Dead reckoning at its end.
-        config: The gates.
+    `T_before_now` is the motion of the base by images; `sure`: many matches agree on it.
     """
     if agrees_with_gyro(T_before_now, before, now, config):
         return True
@@ -182,11 +173,8 @@ def may_link(
 ) -> bool:
     """Whether a pose by images is sure enough, and near enough to the graph, to link keyframes.
 
-    Args:
-        found: One camera in another, by images.
-        expected: The same, by the graph.
-        T_base_cam: Where the camera sits on a base with wheels; None without wheels.
-        config: The gates.
+    `found` and `expected` by the graph are one camera in another; `T_base_cam` is None without
+    wheels.
     """
     T_expected_cam = invert(expected) @ found.T_keyframe_cam
     moved = max(float(np.linalg.norm(T_expected_cam[:3, 3])), rotation_angle(T_expected_cam))

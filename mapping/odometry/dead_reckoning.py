@@ -226,7 +226,7 @@ class TurnCalibration:
     def learn(
         self, turn: float, distance: float, period: float, off: float, variance: float
     ) -> bool:
-        """Update with the error of a turn, unless it is larger than plausible.
+        """Update with the error of a turn unless it is implausible; whether it is plausible.
 
         Args:
             turn: The corrected turn [rad].
@@ -234,9 +234,6 @@ class TurnCalibration:
             period: Duration of the turn [s].
             off: The corrected turn less a better measurement of it [rad].
             variance: Of `off`, by noise alone [rad^2].
-
-        Returns:
-            Whether the error is plausible.
         """
         over = np.array((turn, distance, period))
         spread = self._covariance @ over

@@ -37,11 +37,8 @@ class GyroFaults:
     def finds_fault(self, gyro: float, wheels: float, period: float, stands: bool) -> bool:
         """Add a turn; whether the gyroscope was wrong since it became suspicious.
 
-        Args:
-            gyro: Turn by the gyroscope [rad].
-            wheels: Turn by the wheels [rad].
-            period: Duration of the turn [s].
-            stands: Whether the wheels stood still.
+        Turns by gyroscope and wheels are in [rad], `period` in [s]; `stands`: the wheels stood
+        still.
         """
         config = self._config
         self._period += period
@@ -81,11 +78,7 @@ class GyroVote:
     def outvotes(self, gyro_off: float, wheels_off: float, period: float, variance: float) -> bool:
         """Add a turn; whether images and wheels outvote the gyroscope.
 
-        Args:
-            gyro_off: Turn by gyroscope less turn by images [rad].
-            wheels_off: Turn by wheels less turn by images [rad].
-            period: Duration of the turn [s].
-            variance: Of the turn by images [rad^2].
+        Both are turns less that by images [rad], whose `variance` is in [rad^2], in a `period` [s].
         """
         config = self._config
         self._period += period

@@ -28,7 +28,6 @@ class RelativePose:
     """A camera in the camera of a keyframe, by images.
 
     Attributes:
-        T_keyframe_cam: The pose.
         covariance: (6, 6) of the right perturbation, rotation [rad] first, then translation [m].
         inliers: Number of matches that agree with it.
         inlier_fraction: Their share of all matches.
@@ -56,14 +55,7 @@ def relative_pose(
 ) -> RelativePose | None:
     """Pose of a camera in a keyframe's camera; None when too few matches agree.
 
-    Args:
-        keyframe: Corners of the keyframe.
-        features: Corners of the other image.
-        T_keyframe_cam: Prediction, which guides the search for matches.
-        radius: Of that search [px].
-        intrinsics: Of both images.
-        feature_config: Limits of a match.
-        config: Limits of a pose.
+    The prediction `T_keyframe_cam` guides the search for matches, within `radius` [px].
     """
 
     def matched(T: SE3, within: float) -> Matches:

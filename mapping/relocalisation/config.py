@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import Settings
 
 
-class DepthConsistencyConfig(BaseModel):
+class DepthConsistencyConfig(Settings):
     """How many corners decide for or against a pose."""
-
-    model_config = SETTINGS
 
     min_corners: int = Field(default=20, ge=1, le=10000)
     """At least so many corners above the floor must agree, or differ, to decide about a pose
@@ -19,10 +17,8 @@ class DepthConsistencyConfig(BaseModel):
     """At least this share of the corners above the floor must agree, or differ, to decide [1]."""
 
 
-class KidnappingConfig(BaseModel):
+class KidnappingConfig(Settings):
     """When a robot counts as carried away, and so as lost."""
-
-    model_config = SETTINGS
 
     plenty_corners: int = Field(default=80, ge=1, le=10000)
     """An image shows plenty from this number of corners on [1]."""
@@ -38,10 +34,8 @@ class KidnappingConfig(BaseModel):
     [1]."""
 
 
-class ScanMatchConfig(BaseModel):
+class ScanMatchConfig(Settings):
     """How a local grid is compared with a map."""
-
-    model_config = SETTINGS
 
     cell: float = Field(default=0.1, ge=0.01, le=1.0)
     """Poses that are tried lie on a lattice of this spacing [m]."""
@@ -61,10 +55,8 @@ class ScanMatchConfig(BaseModel):
     """A pose is judged where at least so many obstacle cells lie on known cells of the map [1]."""
 
 
-class LocalMapConfig(BaseModel):
+class LocalMapConfig(Settings):
     """When obstacles relocalise the robot."""
-
-    model_config = SETTINGS
 
     match: ScanMatchConfig = ScanMatchConfig()
     """These settings say how obstacles are compared."""
@@ -92,10 +84,8 @@ class LocalMapConfig(BaseModel):
     """The angle of a pose by obstacles has this standard deviation [rad]."""
 
 
-class RelocalisationConfig(BaseModel):
+class RelocalisationConfig(Settings):
     """When a lost robot counts as relocalised."""
-
-    model_config = SETTINGS
 
     candidates: int = Field(default=5, ge=1, le=1000)
     """A frame is compared with this number of keyframes, those that look most like it [1]."""

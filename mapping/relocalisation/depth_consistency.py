@@ -39,10 +39,8 @@ class DepthConsistency:
     def confirms(self, features: Features, T_features_cam: SE3, depth: NDArray[np.float32]) -> bool:
         """Whether enough corners are as far away as expected from a pose.
 
-        Args:
-            features: Corners of another image.
-            T_features_cam: Pose of the camera in that image's camera.
-            depth: Depth image (H, W) of the camera [m]; 0 where nothing was measured.
+        `T_features_cam` is the camera in that of `features`; `depth` (H, W) is its depth image [m],
+        0 where nothing was measured.
         """
         fits, off = self._distances(features, T_features_cam, depth)
         return self._are_many(fits, fits + off)

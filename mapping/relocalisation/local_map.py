@@ -29,13 +29,7 @@ class LocalMap:
         mapper: DepthMapperConfig,
         config: LocalMapConfig,
     ) -> None:
-        """Start empty.
-
-        Args:
-            known: Returns the present obstacle map.
-            mapper: How depth is read.
-            config: When obstacles relocalise the robot.
-        """
+        """Start empty; `known` returns the present obstacle map."""
         self._known = known
         self._mapper_config = mapper
         self._config = config

@@ -43,12 +43,7 @@ class ScanMatch:
 def match_scan(
     around: OccupancyGrid, known: OccupancyGrid, config: ScanMatchConfig
 ) -> ScanMatch | None:
-    """Find the pose of a local grid in a known map.
-
-    Args:
-        around: The local grid; the robot stands at its origin, or near.
-        known: The map.
-        config: The comparison.
+    """Find the pose of a local grid, with the robot at or near its origin, in a known map.
 
     Returns:
         None if the local grid has no obstacle.
@@ -82,11 +77,7 @@ def _best(agreements: NDArray[np.float32]) -> tuple[int, int, int]:
 def agreement_at(
     T_map_around: SE3, around: OccupancyGrid, known: OccupancyGrid, config: ScanMatchConfig
 ) -> float | None:
-    """Agreement of a local grid with the map at a pose, up to 1.
-
-    Returns:
-        None where the map knows too little around that pose.
-    """
+    """Agreement of a local grid with the map at a pose, up to 1; None where too little is known."""
     obstacles, free = _obstacles_and_free(around)
     weights = _CellWeights.from_map(known, config)
     of_obstacles = weights.looked_up(obstacles, T_map_around, _OBSTACLE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from mapping.keyframes.config import KeyframeConfig, PlaceIndexConfig, PoseGraphConfig
 from mapping.odometry.config import DeadReckoningConfig, FeatureConfig, GatingConfig, OdometryConfig
@@ -11,13 +11,12 @@ from mapping.relocalisation.config import (
     KidnappingConfig,
     RelocalisationConfig,
 )
-from vizbot.core.settings import SETTINGS
+from vizbot.core.settings import Settings
 
 
-class SlamConfig(BaseModel):
+class SlamConfig(Settings):
     """Pose estimation."""
 
-    model_config = SETTINGS
     features: FeatureConfig = FeatureConfig()
     """These settings say how corners are detected and matched."""
     odometry: OdometryConfig = OdometryConfig()

@@ -61,15 +61,7 @@ class Slam:
         config: SlamConfig,
         local_map: LocalMap | None = None,
     ) -> None:
-        """Start with an empty map.
-
-        Args:
-            intrinsics: Of all frames.
-            T_base_cam: Where the camera sits.
-            config: Settings.
-            local_map: Compares obstacles with the map while the robot is lost; None relocalises by
-                images alone.
-        """
+        """Start with an empty map; without a `local_map` images alone relocalise a lost robot."""
         self._T_base_cam = T_base_cam
         self._config = config
         self._dead_reckoning = DeadReckoning(T_base_cam, config.dead_reckoning)

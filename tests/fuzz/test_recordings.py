@@ -12,8 +12,7 @@ import cv2
 import numpy as np
 import pytest
 
-from drivers.image_header import image_size
-from drivers.tum_sequence import MAX_BYTES, RecordedSequence
+from drivers.tum_sequence import MAX_BYTES, RecordedSequence, image_size
 from mapping.tum import read_trajectory
 from tests.fuzz.spoilt_sequences import spoil, write_sequence
 from tests.fuzz.trial import require_harmless, tried

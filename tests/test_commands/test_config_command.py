@@ -18,7 +18,7 @@ from tests.helpers.checkout import ROOT
 from tests.helpers.random_clip import save_tiny_clip
 from vizbot.cli import app as cli
 from vizbot.commands.config.discovery import with_rehearsal
-from vizbot.commands.config.encoder_choice import CHOICES
+from vizbot.commands.config.robot_file import CHOICES
 from vizbot.commands.config.settings_table import all_tables
 from vizbot.config import Config, load_config
 

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from drivers.realsense.colour import to_rgb
 from drivers.realsense.playback import RealSenseRecording
 from drivers.realsense.sdk import rs
+from drivers.realsense.streams import to_rgb
 from sim_stubs.realsense import software_device
 from tests.helpers.d435i_frames import ANY, START, read_all
 from vizbot.core.types import Intrinsics

@@ -7,11 +7,10 @@ import pytest
 
 from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
-from drivers.roomba.odd_values import OddValues
 from drivers.roomba.packets import LAYOUTS, Packet, nearest_allowed, out_of_range
 from drivers.roomba.service import LockstepLink, RoombaService
 from drivers.roomba.state import STREAMED
-from drivers.roomba.stream import encode_sensor_frame
+from drivers.roomba.stream import OddValues, encode_sensor_frame
 from vizbot.core.errors import DeviceError
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import BaseMode, BaseState

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.roomba.reflexes import GENTLY, allowed
+from drivers.roomba.drive_command import GENTLY, allowed
 from vizbot.core.types import STOP, BaseMode, BaseState, Twist
 
 CLEAR = BaseState(0.0, np.eye(4), False, False, (False,) * 4, (False, False), 1.0, BaseMode.SAFE)

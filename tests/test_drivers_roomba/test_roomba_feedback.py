@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from drivers.roomba.commands import CommandParser, Leds, Opcode
-from drivers.roomba.feedback import show_feedback, songs
+from drivers.roomba.commands import CommandParser, Leds, Opcode, show_feedback, songs
 from drivers.roomba.packets import ChargingState, Packet
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from nav.look_around import LookAround
 from vizbot.core.geometry import planar
+from vizbot.objectnav.looks import LookAround
 
 
 @pytest.mark.parametrize("start", [0.0, 3.0, -2.0])

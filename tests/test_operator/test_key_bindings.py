@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 
 from tests.helpers.roomba_rig import PERIOD, Rig
 from vizbot.core.types import STOP
-from vizbot.operator.teleop.held_keys import SILENCE
-from vizbot.operator.teleop.key_bindings import FIRST_STEP, STEPS, KeyBindings
+from vizbot.operator.teleop.key_bindings import FIRST_STEP, SILENCE, STEPS, KeyBindings
 from vizbot.operator.teleop.key_parser import KeyParser
 from vizbot.operator.teleop.teleop import PERIOD as TELLS_EVERY
 

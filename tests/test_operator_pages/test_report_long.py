@@ -8,7 +8,7 @@ import pytest
 from tests.helpers.served import step as standing
 from vizbot.core.observer import Candidate, GoalReport, Outcome
 from vizbot.core.types import STOP
-from vizbot.operator.figures.track import Track
+from vizbot.operator.figures.steps import Track
 from vizbot.operator.report import frame_store, report, timeline
 from vizbot.operator.report.frame_store import FrameStore
 from vizbot.operator.report.report import Report

@@ -3,7 +3,7 @@ import pytest
 
 from nav.config import FollowerConfig
 from nav.navigator import Navigation
-from vizbot.behaviours.step_motion import LENGTH, TURN, StepMotion
+from vizbot.behaviours.short_motion import LENGTH, TURN, StepMotion
 from vizbot.core.geometry import planar, yaw_of
 from vizbot.core.types import STOP, Twist
 from vizbot.objectnav.tasks import Decision

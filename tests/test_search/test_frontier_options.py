@@ -11,7 +11,7 @@ from nav.way_field import WayField
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
-from vizbot.objectnav.frontier_options import FrontierOptions
+from vizbot.objectnav.place_options import FrontierOptions
 
 CONFIG = Config()
 SEEN = 3.0

@@ -29,7 +29,7 @@ from vizbot.operator.voice.intent import (
     resolve_command,
     resolve_goal,
 )
-from vizbot.operator.voice.likeness import similarity
+from vizbot.operator.voice.sentence_bank import similarity
 
 THINGS = ("yellow chair", "bookshelf", "chair", "electric fan", "kitchen", "kid's room", "study")
 

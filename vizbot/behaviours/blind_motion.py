@@ -67,10 +67,7 @@ class BlindMotion:
     def observe(self, state: BaseState, now: float, *, by_hand: bool) -> None:
         """Account for the motion since the last call.
 
-        Args:
-            state: What the base reports.
-            now: Time [s].
-            by_hand: Whether a person drove, or nobody; then only the way ahead counts.
+        Where a person drove `by_hand`, or nobody, only the way ahead counts up to `now` [s].
         """
         before, self._T_odom_base = self._T_odom_base, state.T_odom_base
         if self._backing_since is not None:

@@ -75,11 +75,7 @@ class Docking:
     ) -> Decision | None:
         """What to do while the base is on its dock or looks for it; None before that.
 
-        Args:
-            base: It charges on its dock, and is taken back where it does not find it.
-            state: What it reports.
-            now: Time [s].
-            stop: What a pressed button or a lifted robot demands, which comes first.
+        A `stop` that a pressed button or a lifted robot demands comes first.
         """
         if stop is not None and self._seeking_since is not None:
             self._take_back(base, Task.DOCK)

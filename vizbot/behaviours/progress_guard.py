@@ -12,13 +12,14 @@ from math import degrees
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.behaviours.second_try import IN_VAIN
+from nav.frontier import FrontierSearch
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP
 from vizbot.objectnav import reasons
 from vizbot.objectnav.looks import APART
 from vizbot.objectnav.tasks import Decision, Errand, Goal, ShortMove
+from vizbot.perception.interfaces import ObstacleMapper
 
 PATIENCE = 15.0
 """Time of motion and waiting after which something must have come of it [s]."""
@@ -99,7 +100,6 @@ class ProgressGuard:
     """Drops an aim of which nothing comes, and ends a task in which that happens again."""
 
     def __init__(self) -> None:
-        """Begin without a task."""
         self._account: _Account | None = None
         self._seen_at: float | None = None
 
@@ -146,13 +146,8 @@ class ProgressGuard:
     ) -> Decision:
         """The decision of a step; another one where nothing comes of such decisions.
 
-        Args:
-            decision: What was decided, by whatever behaviour.
-            task: What it was decided for.
-            aim_xy: (2,) what the robot is on its way to, in `map` [m]; None without a path.
-            T_map_base: Where the robot is.
-            area: How much floor was seen so far [m^2].
-            now: Time of the run's clock [s].
+        The robot is on its way to `aim_xy` (2,) in `map` [m], None without a path; it has seen
+        `area` [m^2] of floor at `now` [s].
         """
         if self._account is None or self._account.task is not task:
             self._account = _Account(task)
@@ -259,3 +254,34 @@ def _same(
         for aim in alike
     ]
     return alike[int(np.argmin(beyond))] if beyond and min(beyond) <= 0.0 else None
+
+
+IN_VAIN = (Outcome.NOT_FOUND, Outcome.EXPLORED)
+
+
+class SecondTry:
+    """Takes what the bumper touched for gone where a task would end in vain, once in a task.
+
+    A person, a pet or a door that has moved since would close the room behind it for good, since no
+    camera need have seen it. Edges and virtual walls stay.
+    """
+
+    def __init__(self) -> None:
+        self._tried: Errand | None = None
+
+    def instead_of(
+        self, decision: Decision, task: Errand, mapper: ObstacleMapper, frontiers: FrontierSearch
+    ) -> Decision:
+        """The decision; where it would end the task in vain, a step that lets it go on instead.
+
+        `mapper` knows what was touched; `frontiers` that were given up because of it are open
+        again.
+        """
+        if decision.ended is None or decision.ended[0] not in IN_VAIN:
+            return decision
+        again = task is not self._tried and mapper.forget_touched()
+        self._tried = task if again else None
+        if not again:
+            return decision
+        frontiers.reopen()
+        return Decision(STOP, "trying again", why=reasons.MAY_BE_GONE)

@@ -7,11 +7,11 @@ from math import radians
 import numpy as np
 
 from nav.config import RecoveryConfig
-from nav.look_around import LookAround
 from nav.recovery import Recovery, contact_points, edge_points
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking
+from vizbot.objectnav.looks import LookAround
 from vizbot.objectnav.tasks import Decision
 from vizbot.perception.interfaces import ObstacleMapper
 
@@ -27,14 +27,7 @@ class ContactRecovery:
     """Marks contacts and edges as obstacles, and backs off from them."""
 
     def __init__(self, config: RecoveryConfig, robot_radius: float, *, resume_safe: bool) -> None:
-        """Begin away from everything.
-
-        Args:
-            config: Distances and times.
-            robot_radius: Of the robot [m].
-            resume_safe: Whether the robot may drive on by itself where the base has stopped at an
-                edge.
-        """
+        """Begin away from everything; `resume_safe` lets it drive on after a stop at an edge."""
         self._config = config
         self._robot_radius = robot_radius
         self._resume_safe = resume_safe
@@ -66,12 +59,7 @@ class ContactRecovery:
     ) -> Decision | None:
         """What to do at an edge, after a contact and while backing off; None otherwise.
 
-        Args:
-            state: What the base reports.
-            estimate: Where the camera is.
-            T_map_base: Where the robot is.
-            mapper: Takes the obstacles, unless the robot is lost.
-            now: Time [s].
+        `mapper` takes the obstacles, unless the robot is lost at `now` [s].
         """
         obeys, twist = state.mode.obeys, self._recovery.twist(now)
         if any(state.cliffs) or state.blocked:
@@ -122,9 +110,7 @@ class VisionRecovery:
     def __init__(self, depth_patience: float, turn_rate: float) -> None:
         """Begin with a camera that sees.
 
-        Args:
-            depth_patience: How long the robot stands still without depth before it turns [s].
-            turn_rate: Angular velocity of the turns [rad/s].
+        Without depth the robot stands for `depth_patience` [s], then turns at `turn_rate` [rad/s].
         """
         self._depth_patience = depth_patience
         self._turn_rate = turn_rate
@@ -139,10 +125,7 @@ class VisionRecovery:
     ) -> Decision | None:
         """What to do without depth or when lost; None while the robot sees where it is.
 
-        Args:
-            depth_lost_for: How long depth has shown nothing [s]; None while it shows something.
-            tracking: How far the pose can be trusted.
-            T_map_base: Where the robot is.
+        Depth has shown nothing for `depth_lost_for` [s]; None while it shows something.
         """
         if depth_lost_for is not None:
             return self._wait_for_depth(depth_lost_for, T_map_base)

@@ -38,10 +38,7 @@ class BaseModeMonitor:
     def decide(self, state: BaseState, now: float, *, at_edge: bool) -> Decision | None:
         """What to do while the base does not obey; None while it does.
 
-        Args:
-            state: What the base reports.
-            now: Time [s].
-            at_edge: Whether an edge explains it: there a base in Safe mode stops by itself.
+        With `at_edge` an edge explains it: there a base in Safe mode stops by itself.
         """
         if state.mode.obeys:
             self._passive_since = None
@@ -60,12 +57,7 @@ class Lifting:
     """Stops a lifted robot, for good or until it is put down."""
 
     def __init__(self, patience: float, *, resume_safe: bool) -> None:
-        """Begin on the floor.
-
-        Args:
-            patience: How long the robot waits to be put down [s].
-            resume_safe: Whether it may drive on by itself then.
-        """
+        """Begin on the floor; it waits `patience` [s] to be put down; `resume_safe`: drives on."""
         self._patience = patience
         self._resume_safe = resume_safe
         self._since: float | None = None
@@ -137,14 +129,9 @@ class SafetyBehaviours:
     ) -> Decision | None:
         """What base and tracking demand; None when they demand nothing.
 
-        Args:
-            state: What the base reports.
-            estimate: Where the camera is.
-            T_map_base: Where the robot is.
-            mapper: Takes what was touched, and the floor under the robot as free.
-            now: Time [s].
-            depth_lost_for: How long depth has shown nothing [s]; None while it shows something.
-            to_dock: Whether the robot is on its way to its dock, however little charge is left.
+        Depth has shown nothing for `depth_lost_for` [s], None while it shows something. `mapper`
+        takes what was touched, and the floor under the robot as free. On its way `to_dock` the
+        robot goes on, however little charge is left.
         """
         if (stop := self.stop_for_good(state, now)) is not None:
             return stop

@@ -1,15 +1,23 @@
-"""Does short moves: turns on the spot, drives straight ahead where nothing stands."""
+"""Short motions: turns on the spot, ways straight ahead where nothing stands, single steps.
+
+A step moves the robot by 0.25 m or 30 degrees at most, as in the paper's simulator (section IV-C).
+A robot that has not used that up by the next frame drives on along its path, from where it is then.
+That frame is tracked and its obstacles are mapped, but it is not embedded.
+
+The twists are not ramped here: the base's driver limits how fast the wheels speed up.
+"""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import radians
 
 import numpy as np
 
 from nav.config import FollowerConfig, NavigatorConfig
 from nav.costmap import Costmap, build_costmap
-from nav.follower import turn_rate
-from vizbot.core.geometry import wrap_angle, yaw_of
+from nav.follower import follow_path, turn_rate
+from vizbot.core.geometry import invert, wrap_angle, yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, OccupancyGrid, Twist
 from vizbot.objectnav.tasks import Decision, ShortMove
@@ -38,13 +46,7 @@ class ShortMotion:
         self._heading = 0.0
 
     def decide(self, move: ShortMove, T_map_base: SE3, grid: OccupancyGrid) -> Decision:
-        """What to do in this step of a move.
-
-        Args:
-            move: Another object than before begins anew.
-            T_map_base: Where the robot is.
-            grid: The obstacle map, with its zones.
-        """
+        """What to do in this step of a move; another `move` object than before begins anew."""
         yaw = yaw_of(T_map_base)
         if move is not self._move:
             self._move, self._turned, self._yaw = move, 0.0, yaw
@@ -108,3 +110,49 @@ def _is_free(costmap: Costmap, T_map_base: SE3, way: float) -> bool:
         if not grid.contains(cell) or not np.isfinite(costmap.cost[tuple(cell)]):
             return False
     return True
+
+
+LENGTH = 0.25
+"""Longest way of a step [m]."""
+TURN = radians(30.0)
+"""Largest turn of a step [rad]."""
+
+
+class StepMotion:
+    """The twists of one step, frame by frame."""
+
+    def __init__(self, config: FollowerConfig) -> None:
+        self._config = config
+        self._begun: tuple[Decision, SE3] | None = None
+        self._twist = STOP
+        self._commanded_at = 0.0
+        self._commanded = np.zeros(2)
+
+    def begin(self, decision: Decision, T_map_base: SE3, stamp: float) -> Twist:
+        """The twist of a new step, decided at a frame's `stamp` [s]."""
+        self._begun = decision, T_map_base
+        self._twist, self._commanded_at = decision.twist, stamp
+        self._commanded = np.zeros(2)
+        return decision.twist
+
+    def next_twist(self, T_map_base: SE3, stamp: float) -> Twist | None:
+        """The twist from `stamp` [s] to the next frame; None when the next step is due."""
+        if self._begun is None:
+            return None
+        decision, T_map_begun = self._begun
+        if decision.navigation is None or decision.twist.linear <= 0.0:
+            return None
+        period = stamp - self._commanded_at
+        self._commanded += period * np.abs((self._twist.linear, self._twist.angular))
+        T_begun_base = invert(T_map_begun) @ T_map_base
+        moved = np.array((np.linalg.norm(T_begun_base[:2, 3]), abs(yaw_of(T_begun_base))))
+        twist = follow_path(decision.navigation.path, T_map_base, self._config)
+        # Beside obstacles the decision is slow.
+        twist = replace(twist, linear=min(twist.linear, decision.twist.linear))
+        # A robot that something holds uses up its step by what it was commanded.
+        used = np.maximum(moved, self._commanded)
+        used += period * np.abs((twist.linear, twist.angular))
+        if twist.linear <= 0.0 or used[0] > LENGTH or used[1] > TURN:
+            return None
+        self._twist, self._commanded_at = twist, stamp
+        return twist

@@ -20,7 +20,6 @@ class WaypointDrive:
     """Drives to one place after another on one map."""
 
     def __init__(self, config: Config) -> None:
-        """Start idle."""
         self._config = config
         self._costmap = LiveCostmap(config.navigator.costmap)
         self._previous: Navigation | None = None

@@ -74,7 +74,6 @@ class Sample:
     """One frame of the drive.
 
     Attributes:
-        leg: The leg during which the frame was taken.
         estimate: Pose of the camera by images; wheels only carry it on where these show too little.
         T_odom_base: Pose of the base by the wheels.
         gyro: Rates (N, 3) in `cam` since the frame before [rad/s].
@@ -93,10 +92,8 @@ class Sample:
 def record(devices: Devices, config: Config, announce: Callable[[str], None]) -> list[Sample]:
     """Drive all legs.
 
-    Args:
-        devices: Devices with a base; 2 m ahead of it must be free.
-        config: Settings as they are before the calibration; ruler and guess will do.
-        announce: Gets the description of the leg that comes next.
+    2 m ahead of the base must be free; a `config` by ruler and guess will do. `announce` gets the
+    description of the leg that comes next.
 
     Raises:
         DeviceError: a device is gone, or the robot touched something and has stopped.

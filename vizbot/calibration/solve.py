@@ -43,7 +43,6 @@ class Calibration:
     """The result of a calibration.
 
     Attributes:
-        mount: Mount of the camera.
         wheel_base: Distance between the wheels [m].
         wheel_scale: Metres rolled for each metre that the encoders count.
         calibration: Date, gyroscope bias and residuals.
@@ -56,11 +55,7 @@ class Calibration:
 
 
 def solve(samples: Sequence[Sample], config: Config) -> Calibration:
-    """Compute mount, wheels and gyroscope bias from a drive.
-
-    Args:
-        samples: The samples of `record`.
-        config: The settings they were recorded with.
+    """Compute mount, wheels and gyroscope bias from the samples of `record` and its settings.
 
     Raises:
         DeviceError: too few frames were posed from images or show the floor, the gyroscope turned

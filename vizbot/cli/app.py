@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import typer
@@ -20,7 +21,6 @@ from vizbot.cli.map import map_app
 from vizbot.cli.remote import explore as explore_remotely
 from vizbot.cli.remote import goal, say, status, stop, teleop, voice
 from vizbot.cli.standard_error import lose_what_cannot_be_written
-from vizbot.cli.stub import stub_app
 from vizbot.commands.options import (
     CalibrateOptions,
     ClipOption,
@@ -35,6 +35,29 @@ from vizbot.core.program.garbage import collecting_afterwards, keep_freed_memory
 from vizbot.core.program.interrupts import ending_on_signals, is_interrupt
 from vizbot.core.program.threads import keep_a_core_free, let_threads_sleep
 from vizbot.operator.printing import echo
+
+stub_app = typer.Typer(help="Simulate devices for any program.", no_args_is_help=True)
+
+
+@stub_app.command("roomba", epilog="Example: vizbot stub roomba")
+def stub_roomba() -> None:
+    """Simulate a Roomba on a serial port that any program can open; Ctrl-C ends it."""
+    from vizbot.rehearsal.stub import roomba
+
+    roomba()
+
+
+@stub_app.command("realsense", epilog="Example: vizbot stub realsense --out room.db3")
+def stub_realsense(
+    out: Annotated[Path, typer.Option(help="Write the recording to this .db3 file.")],
+    world: Annotated[str, typer.Option(help="Simulate this world, as in dry-run.")] = "0",
+    seconds: Annotated[float, typer.Option(help="Record this many seconds.")] = 10.0,
+) -> None:
+    """Record the RealSense of a robot that turns, for any RealSense program to play."""
+    from vizbot.rehearsal.stub import realsense
+
+    realsense(world, out, seconds)
+
 
 Command = TypeVar("Command", bound=Callable[..., None])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 
-from vizbot.core.notice import NOTICE
+from vizbot.core.program.log_records import NOTICE
 from vizbot.operator.printing import PrintableFormatter
 
 

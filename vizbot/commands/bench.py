@@ -17,10 +17,7 @@ _NAME = "benchmarks"
 
 
 def run(context: typer.Context) -> None:
-    """Hand the arguments of a command on to the benchmarks.
-
-    Args:
-        context: Of the command, with all that was given after its name.
+    """Hand all that was given after a command's name on to the benchmarks.
 
     Raises:
         ConfigError: there are no benchmarks beside this `vizbot`.

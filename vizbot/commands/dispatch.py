@@ -48,9 +48,7 @@ class CommandSender:
     def __init__(self, robot: Robot | None, pause: float = _STOP_PAUSE) -> None:
         """Create it idle.
 
-        Args:
-            robot: The robot that obeys; None where commands are only printed.
-            pause: Before a stop without an answer is sent again [s].
+        `robot` None only prints commands; a stop without an answer is sent again after `pause` [s].
         """
         self._robot = robot
         self._pause = pause
@@ -112,12 +110,7 @@ class CommandSender:
 
 
 def obey(utterance: Utterance, robot: Robot | None, *, quiet: bool = False) -> None:
-    """Print what was understood, and have the robot do it.
-
-    Args:
-        utterance: What was said.
-        robot: The robot that obeys; None where the command is only printed.
-        quiet: Print nothing.
+    """Print what was understood, unless `quiet`, and have the robot do it; None only prints.
 
     Raises:
         DeviceError: the robot does not answer or refuses.

@@ -25,10 +25,7 @@ if TYPE_CHECKING:
 def run(plan: DryRunPlan, options: DryRunOptions, world: PlanProcess | None = None) -> bool:
     """Run once, write the run's folder, print the result.
 
-    Args:
-        plan: As checked.
-        options: Of the command.
-        world: The plan of the simulated world, under way; None where it is not.
+    `world` is the plan of the simulated world, under way; None where it is not.
 
     Returns:
         Whether it succeeded: with no base, a recorded camera or `explore` by having come to its

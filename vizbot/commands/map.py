@@ -143,13 +143,7 @@ def query(options: MapQueryOptions) -> None:
 
 
 def export(folder: Path, form: str, out: Path, *, force: bool) -> None:
-    """Write the coloured cloud as PLY, or the final camera trajectory in TUM's format.
-
-    Args:
-        folder: Of the map.
-        form: `ply` or `tum`.
-        out: File to write.
-        force: Replace a file that is there.
+    """Write the coloured cloud (`ply`) or final camera trajectory (`tum`); `force` replaces.
 
     Raises:
         VizbotError: the map cannot be read, the format is unknown, or the file is there, cannot be
@@ -206,11 +200,7 @@ def rename_saved(name: str, new: str) -> None:
 
 
 def delete_saved(name: str, sure: bool) -> None:
-    """Delete a saved map.
-
-    Args:
-        name: Of the map.
-        sure: Whether nobody is to be asked.
+    """Delete a saved map; unless `sure`, a person is asked.
 
     Raises:
         VizbotError: the name cannot be one, there is no such map, a robot is in it, or nobody says

@@ -53,13 +53,9 @@ class OpenRun:
     """A run whose devices are open.
 
     Attributes:
-        config: Its settings.
         devices: Its devices, not those that people share.
-        close: Closes them.
         rehearsal: What is simulated of and around them; None where nothing is.
         pipeline: Does the work, on the devices that people share where the run is served.
-        recorder: Writes its folder.
-        report: Draws its page.
         notice: What must be said wherever the encoder answers; None for nothing.
         served: What people talk to; None where the run is not served.
         began: When it was opened, by the process's monotonic clock [s].
@@ -133,12 +129,8 @@ def open_run(
     Once its devices are open an interrupt ends it between two frames alone, and after it the
     folder is written and the devices are closed.
 
-    Args:
-        plan: As checked.
-        choice: The devices.
-        serve: Whether people may ask and drive by hand.
-        score: Whether goals are judged, where a base drives in a simulated world.
-        world: The plan of the simulated world, under way; None where it is not.
+    With `serve` people may ask and drive by hand; with `score` goals are judged, where a base
+    drives in a simulated world. `world` is the plan of that, under way; None where it is not.
 
     Raises:
         VizbotError: a device is missing, the encoder has no weights here, the folder cannot be

@@ -30,11 +30,7 @@ class Progress:
     """
 
     def __init__(self, max_steps: int | None = None) -> None:
-        """Create it.
-
-        Args:
-            max_steps: Steps after which a goal is given up; None where nothing is.
-        """
+        """Create it; a goal is given up after `max_steps`, None where nothing is."""
         self._most = "" if max_steps is None else f" of {max_steps}"
         self._goal, self._steps = "", 0
         self._console = Console(stderr=True, highlight=False)
@@ -100,12 +96,7 @@ class BankProgress:
     """Says how far the bank is, at most every five seconds."""
 
     def __init__(self, model_id: str, now: Callable[[], float] = time.monotonic) -> None:
-        """Say nothing yet.
-
-        Args:
-            model_id: The encoder's.
-            now: A monotonic clock [s].
-        """
+        """Say nothing yet; `now` reads a monotonic clock [s]."""
         self._model_id, self._now = model_id, now
         self._began = self._said = 0.0
 

@@ -31,12 +31,8 @@ def ask(
 ) -> bool:
     """Have the robot do what sentences ask for, and print what it answers.
 
-    Args:
-        client: Of the robot.
-        texts: Sentences or things; several are one mission, in this order.
-        at_once: What is running gives way.
-        wait: Until all is over.
-        language: Of several sentences.
+    Several `texts` are one mission in `language`, in this order; `at_once`: what is running gives
+    way.
 
     Returns:
         Whether the robot has asked nothing back, and all goals were reached where somebody waits.
@@ -70,10 +66,7 @@ def is_stop(text: str) -> bool:
 
 
 def explore(client: RobotClient, at_once: bool, wait: bool) -> bool:
-    """Ask for an exploration.
-
-    Returns:
-        Whether nothing is left to see; True where nobody waits.
+    """Ask for an exploration; whether nothing is left to see, True where nobody waits.
 
     Raises:
         DeviceError: the robot does not answer or refuses.
@@ -169,9 +162,7 @@ def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
 def _outcome(goal: Mapping[str, Any], before_its_end: str = "") -> str:
     """How a task ended, and x, y in `map` [m] of where that was or its goal was found.
 
-    Args:
-        goal: The task.
-        before_its_end: What is told instead of one that has not ended.
+    One that has not ended is told of by `before_its_end`.
     """
     if goal["outcome"] is None:
         return f"{goal['text']}: {before_its_end}"

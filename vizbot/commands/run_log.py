@@ -40,12 +40,7 @@ class RunLog(logging.Handler):
         self._levels: dict[str, int] = {}
 
     def open(self, folder: Path, clock: Clock) -> None:
-        """Write what waits, and from now on every line at once.
-
-        Args:
-            folder: Of the run.
-            clock: Of the run.
-        """
+        """Write to the run's folder what waits, and from now on every line at once."""
         try:
             self._file = (folder / FILE_NAME).open("ab", buffering=0)
         except OSError as error:

@@ -82,8 +82,6 @@ class DryRunPlan:
     """What the options of a dry run ask for.
 
     Attributes:
-        run: The run.
-        devices: Its devices.
         goals: What to go to, in this order.
     """
 

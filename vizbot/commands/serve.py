@@ -43,7 +43,6 @@ class RobotOfRun:
         recorder: Keeps verdicts in the folder of the run.
         report: Has the pictures; it observes a goal before the session.
         begun_in: Folder of the saved map in which the run begins; None where it begins in none.
-        lease: Who drives by hand.
         stopped: Set while the wheels must rest.
     """
 
@@ -131,12 +130,8 @@ class ServedRun:
     ) -> None:
         """Serve until somebody ends it, the session is closed or the camera ends.
 
-        Args:
-            pipeline: Does the work, on these devices, with the session among its observers.
-            service: Address and speech recogniser.
-            requests: Tasks that are queued from the start. Without any, a robot with a base that
-                begins in a saved map finds its place in it first.
-            config: Says when to give up.
+        Without `requests`, which are queued from the start, a robot with a base that begins in a
+        saved map finds its place in it first.
 
         Raises:
             VizbotError: the port cannot be used, or a device is gone.

@@ -52,15 +52,9 @@ def run(
 ) -> bool:
     """Listen once to a file, or to the microphone until Ctrl-C or the end of input.
 
-    Args:
-        wav: The file; None for the microphone.
-        model: Whisper's size or a folder.
-        wake: Phrase that opens a command; None to push a key to talk.
-        as_json: Print what a file says as JSON, and nothing else.
-        url: Of the running robot that obeys; None for the one of this machine. Where none runs
-            here, commands are only printed.
-        token: Of that robot.
-        language: Code of the language that is spoken.
+    `wav` None listens to the microphone; `wake` None has a key pushed to talk; `model` is Whisper's
+    size or a folder; `as_json` prints what a file says, and nothing else. The running robot at
+    `url` obeys, None that of this machine; where none runs here, commands are only printed.
 
     Returns:
         Whether a command was understood without a doubt; always True with a microphone.

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from vizbot.core.types import Intrinsics
 
 MOST_PIXELS = 16_384
@@ -52,3 +55,12 @@ def is_stamp(stamp: float) -> bool:
 def _require(name: str, value: float, least: float, most: float) -> None:
     if not least <= value <= most:
         raise ValueError(f"{name} is {value:g}, a camera's is {least:g} to {most:g}")
+
+
+_SATURATED = np.iinfo(np.uint16).max
+"""What some cameras and data sets write where nothing was measured, instead of 0."""
+
+
+def without_saturated(raw: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    """The depth image (H, W) with 0 wherever nothing was measured."""
+    return np.where(raw == _SATURATED, np.uint16(0), raw)

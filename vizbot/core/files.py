@@ -119,9 +119,7 @@ class GrowingFile:
 def require_folder(folder: Path, room: int = 0) -> None:
     """Check beforehand whether a folder can be made, or written to; nothing changes.
 
-    Args:
-        folder: May be there already.
-        room: What it must have room for [bytes].
+    `room` is what it must have room for [bytes].
 
     Raises:
         OSError: it cannot be made or written to, or there is no room.

@@ -140,7 +140,6 @@ class Step:
             mean nothing on another.
         estimate: Where the frame was taken.
         T_map_base: Where the base was then.
-        grid: The obstacle map.
         goal: The goal in words; empty for another task.
         activity: What the robot is doing, in plain words.
         why: Why it does that, in clauses with `CLAUSE_JOINT` between them, the first of which

@@ -34,6 +34,14 @@ SETTINGS = ConfigDict(
     allow_inf_nan=False,
     json_schema_extra=_mark_advanced,
 )
+
+
+class Settings(BaseModel):
+    """A table of settings: frozen, and a misspelt key is an error."""
+
+    model_config = SETTINGS
+
+
 UNIT = re.compile(r" \[([^\]]+)\]")
 """The unit in a description."""
 

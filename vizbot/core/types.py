@@ -155,26 +155,20 @@ class BaseState:
     Attributes:
         stamp: Time of the newest sensor frame [s] on the clock the base was opened with.
         T_odom_base: Dead reckoning from the wheel encoders since the base was opened.
-        bump_left: The bumper is pressed on the left.
-        bump_right: The bumper is pressed on the right.
         cliffs: Left, front left, front right, right: no floor below.
         wheel_drops: Left, right: the wheel hangs.
         battery: State of charge, 0 to 1; None when the base does not report it.
-        mode: Open Interface mode.
         virtual_wall: The beam of a virtual wall is received.
         overcurrents: Left, right: the wheel is stuck and its motor draws too much.
         light_bumpers: Left, front left, centre left, centre right, front right, right: something
             reflects right in front of the bumper.
         rolls: Whether the caster wheel at the front measures motion ahead; None where it is too
             dirty. It measures neither turns nor motion backwards.
-        buttons: The buttons that are pressed.
-        charging: State of the charger.
         docked: The base stands on the contacts of a dock that has power.
         plugged_in: The cable of a charger is plugged in.
         infrared: Characters received from all around, from the left and from the right; 0 is none.
         voltage: Voltage of the battery [V].
         current: Into the battery [A]; negative while it is drained.
-        song_playing: Whether a song is playing.
         maybe_moved: It left the mode in which it obeys while nobody heard it, so that somebody may
             have moved it. It rests until it is asked to obey again.
     """

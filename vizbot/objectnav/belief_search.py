@@ -32,10 +32,15 @@ from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav import reasons
 from vizbot.objectnav.candidates import NOTHING_SEEN, believed_places, question_of, scores_of
-from vizbot.objectnav.frontier_options import FrontierOptions
 from vizbot.objectnav.looks import APART, RINGS, Looks, Turns
 from vizbot.objectnav.option import Aim, Option
-from vizbot.objectnav.place_options import REACH, ROOM_REACH, PlaceOptions, fronts_of
+from vizbot.objectnav.place_options import (
+    REACH,
+    ROOM_REACH,
+    FrontierOptions,
+    PlaceOptions,
+    fronts_of,
+)
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.objectnav.verdicts import Verdicts
@@ -68,7 +73,6 @@ class _SurePlace:
         xy: (2,) in `map` [m].
         probability: That it is what is asked for.
         threshold: What is enough for it.
-        navigation: The way up to it.
     """
 
     xy: NDArray[np.float64]
@@ -91,13 +95,6 @@ class BeliefSearch:
     def __init__(
         self, config: Config, frontiers: FrontierSearch, parts: SearchParts = ALL_PARTS
     ) -> None:
-        """Start idle.
-
-        Args:
-            config: Settings of the robot.
-            frontiers: What the camera has looked at.
-            parts: What it has.
-        """
         self._parts = parts
         self._config, self._search = config, config.objectnav.search
         self._frontiers = frontiers
@@ -132,13 +129,9 @@ class BeliefSearch:
         return self.go(goal, self._belief, grid, T_map_base)
 
     def belief_of(self, goal: Goal, question: Query) -> Belief:
-        """The belief for a goal, which outlives the search for it.
+        """The belief for a goal, which outlives the search; `question` has the encoder's log odds.
 
         The goal that was asked for least recently is forgotten where there are too many.
-
-        Args:
-            goal: What is looked for.
-            question: The same with the log odds of the encoder.
         """
         belief = self._beliefs.pop(goal.text, None)
         if belief is None:
@@ -203,14 +196,7 @@ class BeliefSearch:
         return next(iter(believed_places(goal, perception, belief, place_xy)), None)
 
     def go(self, goal: Goal, belief: PlaceBelief, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
-        """Do one step.
-
-        Args:
-            goal: One other than that of the step before begins a new search.
-            belief: Where the goal is believed to be, as judged.
-            grid: The obstacle map.
-            T_map_base: Where the robot is.
-        """
+        """Do one step; another `goal` than in the step before begins a new search."""
         if goal is not self.goal:
             self.goal, self._steps = goal, 0
             self._looks, self._aim, self.answer_xy = Looks(), None, None

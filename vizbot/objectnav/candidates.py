@@ -38,14 +38,7 @@ def believed_places(
     belief: PlaceBelief,
     answer_xy: NDArray[np.float64] | None = None,
 ) -> tuple[Candidate, ...]:
-    """The most probable places for a goal, best first.
-
-    Args:
-        goal: What is looked for.
-        perception: Holds the CLIP map.
-        belief: What is believed of its places.
-        answer_xy: (2,) where the robot has arrived, in `map` [m]: it comes first.
-    """
+    """The likeliest places for a goal; `answer_xy` (2,), where it arrived [m], then the best."""
     elements = perception.clip_map.elements
     likeliest = likeliest_places(
         belief,

@@ -20,7 +20,6 @@ class Exploration:
     """
 
     def __init__(self, config: Config) -> None:
-        """Begin with nothing seen."""
         self._config = config
         self.frontiers = FrontierSearch(config.frontier)
         self._costmap = LiveCostmap(config.navigator.costmap)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from nav.look_around import LookAround
+from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.types import SE3, Twist
 
 APART = 0.8
@@ -24,7 +24,6 @@ class Looks:
     """Places that one search has looked at from near and not believed, and from where."""
 
     def __init__(self) -> None:
-        """Begin with nothing."""
         self._places_xy = self._spots_xy = np.zeros((0, 2))
 
     def add(self, place_xy: NDArray[np.float64], spot_xy: NDArray[np.float64]) -> None:
@@ -66,3 +65,23 @@ class Turns:
         if twist is None:
             self._turn, self._done_xy = None, np.vstack([self._done_xy, here])
         return twist
+
+
+class LookAround:
+    """Turns once around, measured by the pose and not by time."""
+
+    def __init__(self, rate: float) -> None:
+        """Turn at `rate` [rad/s]."""
+        self._rate = rate
+        self._left = 2 * np.pi
+        self._yaw: float | None = None
+
+    def twist(self, T_map_base: SE3) -> Twist | None:
+        """The twist to drive now; None once the turn is complete."""
+        if self._left <= 0.0:
+            return None
+        yaw = yaw_of(T_map_base)
+        if self._yaw is not None:
+            self._left -= abs(wrap_angle(yaw - self._yaw))
+        self._yaw = yaw
+        return Twist(0.0, self._rate)

@@ -73,7 +73,7 @@ def decide(
     navigator: NavigatorConfig,
     previous: Navigation | None = None,
 ) -> PaperAction | None:
-    """Run Algorithm 1 once on the maps of this moment.
+    """Run Algorithm 1 once on the maps of this moment; None when nothing can be reached.
 
     Args:
         sightings: M^CLIP with the similarities to q_t (equation 7).
@@ -82,9 +82,6 @@ def decide(
         T_map_base: P_t.
         navigator: How the robot drives, and the distant point.
         previous: The navigation of the run before; None at first and after a stop.
-
-    Returns:
-        None when the space is closed and nothing on the map can be reached.
     """
 
     def find_and_navigate(threshold: float) -> PaperAction | None:
@@ -152,7 +149,6 @@ class PaperSearch:
     assisted: ClassVar = False
 
     def __init__(self, navigator: NavigatorConfig) -> None:
-        """Start idle."""
         self._navigator = navigator
         self._costmap = LiveCostmap(navigator.costmap)
         self._previous: Navigation | None = None
@@ -221,14 +217,7 @@ class PaperSearch:
     def go(
         self, goal: Goal, sightings: Sightings, grid: OccupancyGrid, T_map_base: SE3
     ) -> Decision:
-        """Do one step of the search for `goal`.
-
-        Args:
-            goal: What to look for, and theta.
-            sightings: Elements of the CLIP map with their similarities to the goal.
-            grid: The obstacle map.
-            T_map_base: Where the robot is.
-        """
+        """Do one step of the search for `goal`; `sightings` have their similarities to it."""
         action = decide(
             sightings,
             goal.threshold,

@@ -1,6 +1,8 @@
-"""The places that may be what is asked for, as options of the search."""
+"""Places that may be what is asked for, and frontiers that may show it, as options."""
 
 from __future__ import annotations
+
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,9 +10,12 @@ from numpy.typing import NDArray
 from mapping.clip.belief import PlaceBelief
 from nav.config import Reach
 from nav.costmap import Costmap
+from nav.frontier import FrontierSearch
 from nav.goal_region import fronts, sees
 from nav.way_field import WayField
 from vizbot.config import Config
+from vizbot.core.geometry import wrap_angle, yaw_of
+from vizbot.core.types import SE3
 from vizbot.objectnav.looks import APART, Looks
 from vizbot.objectnav.option import Aim, Option
 from vizbot.objectnav.search_parts import SearchParts
@@ -29,27 +34,13 @@ class PlaceOptions:
     """Values each place by its probability, and by how often it was looked at in vain."""
 
     def __init__(self, config: Config, parts: SearchParts) -> None:
-        """Create it.
-
-        Args:
-            config: Settings of the robot.
-            parts: What the search has.
-        """
         self._doubt, self._most_looks = config.objectnav.search.rejection_factor, parts.most_looks
         self._within = REACH.distance - config.navigator.reach_margin
 
     def options(
         self, belief: PlaceBelief, costmap: Costmap, ways: WayField, looks: Looks, aim: Aim | None
     ) -> list[Option]:
-        """The likeliest places that can be looked at, apart from one another.
-
-        Args:
-            belief: Where the goal is believed to be.
-            costmap: Where the robot may be.
-            ways: From where it is.
-            looks: What it has looked at.
-            aim: What it does now, with a spot that it keeps to.
-        """
+        """The likeliest places to look at, apart from one another; `aim` keeps to its spot."""
         rows, columns = np.nonzero(belief.probabilities >= LEAST)
         places_xy, probabilities = belief.xy(rows, columns), belief.probabilities[rows, columns]
         counts = looks.counts(places_xy)
@@ -131,3 +122,71 @@ def _other_spot(
         if np.isfinite(costs[i]) and sees(costmap, around[i], front_xy, extent):
             return float(costs[i]), around[i]
     return np.inf, None
+
+
+class FrontierOptions:
+    """Values each frontier by how much is unseen behind it, and by what was seen beside it."""
+
+    GAIN_REACH: ClassVar = 5.0
+    """How far behind a frontier the unseen area counts [m]."""
+    MOST_GAIN: ClassVar = 30.0
+    """How much of it counts at most [m^2]."""
+    VALUE_RADIUS: ClassVar = 1.5
+    """What was seen within this distance of a frontier says what may be behind it [m]."""
+    TURN_WAY: ClassVar = 0.1
+    """Length of way that a turn by one radian is worth [m]."""
+    LEAST_CHANCE: ClassVar = 0.02
+    """Frontiers that are less likely to show what is asked for are left."""
+    MOST_LIKENESS: ClassVar = 2.0
+    """Likeness that counts at a frontier, at most [standard deviations]."""
+
+    def __init__(self, config: Config, frontiers: FrontierSearch, *, likeness: bool) -> None:
+        """Create it; with `likeness` what was seen beside a frontier counts."""
+        self._config, self._frontiers, self._counts_likeness = config, frontiers, likeness
+
+    def options(
+        self, belief: PlaceBelief, costmap: Costmap, ways: WayField, T_map_base: SE3
+    ) -> list[Option]:
+        """The frontiers that can be reached and may show what is asked for."""
+        grid, settings = costmap.grid, self._config.navigator
+        points_xy, areas = self._frontiers.options(grid, settings.costmap, self.GAIN_REACH)
+        stand_off = self._config.frontier.stand_off
+        costs, within = ways.costs(points_xy, stand_off), stand_off - settings.reach_margin
+        for i in np.flatnonzero(np.isfinite(costs)):
+            # One that is in sight from nowhere is tried as it is, and then given up.
+            way = ways.cost_to_reach(costmap, points_xy[i], within, grid.resolution)
+            costs[i] = way if np.isfinite(way) else costs[i]
+        reached_xy = points_xy[np.isfinite(costs)]
+        self._frontiers.count_left(grid, reached_xy, settings.costmap)
+        dx, dy = (points_xy - T_map_base[:2, 3]).T
+        turns = np.abs([wrap_angle(float(a)) for a in np.arctan2(dy, dx) - yaw_of(T_map_base)])
+        likeness = np.minimum(self._likeness(belief, points_xy), self.MOST_LIKENESS)
+        findings = self._config.objectnav.search.finding_density
+        areas = np.minimum(areas, self.MOST_GAIN)
+        chances = 1.0 - np.exp(-findings * areas * np.exp(likeness))
+        lengths = costs + self.TURN_WAY * turns
+        return [
+            Option(
+                "frontier",
+                points_xy[i],
+                float(chances[i]),
+                float(lengths[i]),
+                area=float(areas[i]),
+                likeness=float(likeness[i]),
+            )
+            for i in np.flatnonzero(np.isfinite(costs) & (chances >= self.LEAST_CHANCE))
+        ]
+
+    def _likeness(self, belief: PlaceBelief, points_xy: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Mean likeness (F,) to the goal of what was seen around each point."""
+        rows, columns = np.nonzero(belief.seen)
+        seen_xy, values = belief.xy(rows, columns), belief.likeness[rows, columns]
+        if len(values) == 0 or not self._counts_likeness:
+            return np.zeros(len(points_xy))
+        mean, spread = float(values.mean()), float(values.std()) + 1e-3
+        found = np.zeros(len(points_xy))
+        for i, xy in enumerate(points_xy):
+            near = np.linalg.norm(seen_xy - xy, axis=1) < self.VALUE_RADIUS
+            if near.any():
+                found[i] = (float(values[near].mean()) - mean) / spread
+        return found

@@ -46,10 +46,7 @@ _ALIKE = 0.5
 def near_by(probability: float, *, sure: bool, standing: bool) -> str:
     """Why the robot goes up to a place near by, or looks at it.
 
-    Args:
-        probability: That the place is the goal.
-        sure: Whether that is enough to arrive.
-        standing: Whether the robot stands before it.
+    The `probability` that it is the goal is enough to arrive where `sure`.
     """
     said = (SURE if sure else NOT_SURE).format(chance=f"{probability:.0%}")
     return f"{said}{CLAUSE_JOINT}{COUNTS}" if standing else said
@@ -69,12 +66,7 @@ def going_back(place_xy: NDArray[np.float64], probability: float, T_map_base: SE
 
 
 def exploring(advantage: str, options: Sequence[Option]) -> str:
-    """Why a frontier is gone to.
-
-    Args:
-        advantage: What it has that the other ones have not, as of `advantage_of`.
-        options: All that was compared, with it.
-    """
+    """Why a frontier is gone to: its `advantage` over the other `options` (`advantage_of`)."""
     chances = [option.probability for option in options if option.kind == "place"]
     less = LESS_WORTH.format(chance=f"{max(chances):.0%}") if chances else NOTHING_SEEN
     return f"{advantage}{CLAUSE_JOINT}{less}"

@@ -34,13 +34,7 @@ class Search(Protocol):
         ...
 
     def decide(self, goal: Goal, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
-        """Do one step.
-
-        Args:
-            goal: What was observed; one other than that of the step before begins a new search.
-            grid: The obstacle map.
-            T_map_base: Where the robot is.
-        """
+        """Do one step; another `goal` than in the step before begins a new search."""
         ...
 
     def interrupt(self) -> None:

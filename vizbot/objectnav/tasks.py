@@ -60,13 +60,7 @@ class Goal:
 
 
 def goal_of(encoder: TextEncoder, text: str, threshold: float | None = None) -> Goal:
-    """The goal for a user's words.
-
-    Args:
-        encoder: Of the run or the map; it may put the words into ones that it knows.
-        text: The words.
-        threshold: Theta; None for the encoder's.
-    """
+    """The goal for words, as the encoder knows them; `threshold` None is the encoder's."""
     reading = encoder.reading(text)
     embedding, *rivals = encoder.embed_texts([reading.text, *other_rooms(reading.text)])
     least = encoder.threshold if threshold is None else threshold

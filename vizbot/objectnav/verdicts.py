@@ -28,7 +28,6 @@ class Verdicts:
     """
 
     def __init__(self) -> None:
-        """Start without any."""
         self._refuted: dict[str, list[NDArray[np.float64]]] = {}
         self._affirmed_xy: NDArray[np.float64] | None = None
 
@@ -45,13 +44,7 @@ class Verdicts:
         self._affirmed_xy = None
 
     def applied(self, belief: PlaceBelief, goal: Goal, *, searching: bool) -> PlaceBelief:
-        """A belief after what was said: little is left of what is not it; what is it is certain.
-
-        Args:
-            belief: Where the goal is believed to be.
-            goal: The goal.
-            searching: Whether the robot searches for it now.
-        """
+        """A belief after what was said: little is left of what is not it; what is it is certain."""
         refuted = self._refuted.get(goal.text, [])
         affirmed_xy = self._affirmed_xy if searching else None
         if not refuted and affirmed_xy is None:

@@ -46,11 +46,7 @@ class DepthLossMonitor:
     """
 
     def __init__(self, view: FrontierConfig | None = None) -> None:
-        """Begin with depth.
-
-        Args:
-            view: What the camera has in view; None for the defaults.
-        """
+        """Begin with depth; `view` None takes the defaults."""
         self._view = FrontierConfig() if view is None else view
         self.seconds: float | None = None
         self._since: float | None = None
@@ -59,14 +55,7 @@ class DepthLossMonitor:
     def observe(
         self, frame: RGBDFrame, T_map_base: SE3, grid: Callable[[], OccupancyGrid], now: float
     ) -> None:
-        """Take in a frame.
-
-        Args:
-            frame: The newest frame.
-            T_map_base: Where the robot is.
-            grid: Gives the obstacle map; called only when depth is lost.
-            now: Time [s].
-        """
+        """Take in the newest frame at `now` [s]; `grid` is called only when depth is lost."""
         shown = float(np.mean(frame.depth[::4, ::4] > 0.0))
         if shown >= _LEAST_SHARE:
             if self._logged:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mapping.calibration.floor_level import estimate_mount
 from vizbot.core.camera_limits import FARTHEST_DEPTH
-from vizbot.core.notice import NOTICE
+from vizbot.core.program.log_records import NOTICE
 from vizbot.core.types import SE3, Intrinsics, RGBDFrame
 
 log = logging.getLogger(__name__)

@@ -150,10 +150,8 @@ class Perception:
 
         A frame whose place is unknown does not enter the obstacle map.
 
-        Args:
-            frame: Newer than all before it.
-            T_odom_base: Dead reckoning by the wheels; None without a base.
-            lifted: Whether the robot hangs in the air.
+        `frame` is newer than all before it; `T_odom_base` is by the wheels, None without a base;
+        `lifted`: the robot hangs in the air.
         """
         with holding_interrupts():
             if lifted and len(self._record):
@@ -246,11 +244,8 @@ class Perception:
     def embed(self, frame: RGBDFrame, estimate: PoseEstimate, *, standing: bool = False) -> None:
         """Work the newest frame into the CLIP map, if its place is known and the encoder is free.
 
-        Args:
-            frame: The frame that `update` had last.
-            estimate: Where it was taken.
-            standing: Whether the robot waits. Then a frame from where the previous one was taken is
-                left out, so that the map does not grow.
+        `frame` is what `update` had last. Where the robot waits, `standing`, a frame from where the
+        previous one was taken is left out, so that the map does not grow.
         """
         # Not with every frame: a simulated clock waits here for an encoder that is slower.
         self._collect()

@@ -17,12 +17,7 @@ class RunRecord:
     """Poses of all frames and a coloured cloud. What it gives out later additions do not change."""
 
     def __init__(self, trajectory: Trajectory | None = None, cloud: Cloud | None = None) -> None:
-        """Begin empty, or with those of a saved map.
-
-        Args:
-            trajectory: Of the saved map.
-            cloud: Of the saved map.
-        """
+        """Begin empty, or with trajectory and cloud of a saved map."""
         first = Trajectory.empty() if trajectory is None else trajectory
         self._stamps = GrowingRows(first.stamps)
         self._Ts_map_cam = GrowingRows(first.Ts_map_cam)
@@ -67,13 +62,7 @@ class RunRecord:
     def add_points(
         self, keyframe: int, points: NDArray[np.float32], rgb: NDArray[np.uint8]
     ) -> None:
-        """Add coloured points.
-
-        Args:
-            keyframe: Id.
-            points: (P, 3) in its camera [m].
-            rgb: (P, 3).
-        """
+        """Add points (P, 3) in a keyframe's camera [m], with their colours (P, 3)."""
         self._points.add(points)
         self._rgb.add(rgb)
         self._anchors.add_same(keyframe, len(points))

@@ -34,13 +34,7 @@ class SensorReader:
     """Reads the next frame and base state, and waits for a device that is silent for a while."""
 
     def __init__(self, devices: Devices, camera_patience: float, base_patience: float) -> None:
-        """Read nothing yet.
-
-        Args:
-            devices: Camera, base and clock.
-            camera_patience: Longest silence of the camera [s].
-            base_patience: Longest silence of the base [s].
-        """
+        """Read nothing yet; camera and base may be silent for as long as their patience [s]."""
         self._devices = devices
         self._camera_patience = camera_patience
         self._base_patience = base_patience

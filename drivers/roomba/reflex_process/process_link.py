@@ -63,9 +63,7 @@ class ProcessLink:
     def __init__(self, open_port: Callable[[], SerialPort], config: RoombaConfig) -> None:
         """Start the process and wait until it has opened the port.
 
-        Args:
-            open_port: Called in that process, so it must be picklable.
-            config: Of the base.
+        `open_port` is called in that process, so it must be picklable.
 
         Raises:
             DeviceError: the port cannot be opened.
@@ -202,11 +200,7 @@ class ProcessLink:
         return Trouble(f"{self.name}: the process of the base ended", final=True)
 
     def _stop_from_here(self, patience: float = 0.0) -> None:
-        """Stop the wheels from here: the other process does not.
-
-        Args:
-            patience: How long to try to open the port [s].
-        """
+        """Stop the wheels from here within `patience` [s]: the other process does not."""
         end = time.monotonic() + patience
         last = self._heartbeat.checkpoint()
         state = None if last is None else last.state

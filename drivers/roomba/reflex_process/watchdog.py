@@ -145,11 +145,7 @@ class Watchdog:
         self._ends = False
 
     def run(self) -> int:
-        """Watch until the process ends by itself, or too often.
-
-        Returns:
-            Exit code: 0 after an end by itself.
-        """
+        """Watch until the process ends by itself, which is exit code 0, or too often."""
         _raise_priority(_PRIORITY + 1)
         signal.signal(signal.SIGTERM, self._end)
         ends: deque[float] = deque(maxlen=MOST_ENDS)
@@ -218,11 +214,7 @@ class Watchdog:
 
 
 def _raise_priority(priority: int) -> None:
-    """Ask the system to run this process before others; without the right to it goes on as is.
-
-    Args:
-        priority: Real-time priority.
-    """
+    """Ask for a real-time priority for this process; without the right to it goes on as is."""
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError:

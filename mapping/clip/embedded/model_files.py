@@ -20,7 +20,6 @@ class EmbeddedFiles:
     """The files of the embedded model.
 
     Attributes:
-        folder: Where they are.
         model_id: Names the weights.
         weights: Content of `model.safetensors`.
         tokenizer: Splits texts into the text tower's tokens.

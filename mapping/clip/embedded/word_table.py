@@ -57,9 +57,7 @@ def looked_up(noun: str) -> tuple[str, str] | None:
 def read_goal(text: str, trained: frozenset[str]) -> Reading:
     """A goal with each noun that was not trained put in words that were.
 
-    Args:
-        text: The user's words.
-        trained: Words of the phrasings that the encoder was trained on, without names of things.
+    `trained` are words of the phrasings that the encoder was trained on, without names of things.
     """
     parts = list(_parts(text, trained))
     notes, pieces, end = [], [], 0
@@ -81,8 +79,6 @@ class _Part:
 
     Attributes:
         words: In lower case.
-        start: Where it begins in the text.
-        end: Where it ends.
         named: Whether it names a class of the vocabulary.
         found: What the table has for it.
         unknown: Whether it was not trained and the table does not have it.

@@ -6,20 +6,14 @@ import json
 from pathlib import Path
 
 from vizbot.commands.config.discovery import load_settings, settings_file, with_rehearsal
-from vizbot.commands.config.settings_page import settings_page
-from vizbot.commands.config.settings_table import all_tables, settings_schema
+from vizbot.commands.config.settings_table import all_tables, settings_page, settings_schema
 from vizbot.config import settings_toml
 from vizbot.core.files import require_new, write_whole
 from vizbot.operator.printing import echo
 
 
 def init(out: Path, *, every: bool, force: bool) -> None:
-    """Write a settings file with the devices of this machine.
-
-    Args:
-        out: The file.
-        every: With every setting.
-        force: Replace a file that is there.
+    """Write a settings file with this machine's devices; `every` setting, or those for people.
 
     Raises:
         ConfigError: the file is there, or cannot be written.
@@ -47,11 +41,7 @@ def show(given: Path | None) -> None:
 
 
 def schema(*, markdown: bool) -> None:
-    """Print every setting with its description, default and bounds.
-
-    Args:
-        markdown: Print docs/settings.md instead of a JSON schema.
-    """
+    """Print each setting's description, default and bounds, as JSON schema or Markdown."""
     if markdown:
         echo(settings_page(all_tables()).rstrip())
     else:

@@ -31,10 +31,8 @@ def load_settings(
     names no code: a class is opened where `--clip`, a file that a person names, or the file in
     their home names it.
 
-    Args:
-        given: The file of `--config`; without one it is looked for.
-        clip: Encoder instead of the file's own.
-        method: Method of search instead of the file's own.
+    Without a file `given` by `--config` it is looked for; `clip` and `method` replace the file's
+    own.
 
     Raises:
         ConfigError: `VIZBOT_CONFIG` names what is not there, the file cannot be used, or one that

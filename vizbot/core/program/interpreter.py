@@ -16,10 +16,7 @@ def interpreter_command(module: str, *arguments: str, packages: bool = True) -> 
 
     Nothing is imported from the working directory.
 
-    Args:
-        module: Dotted name of a module of ours.
-        arguments: What `main` is called with.
-        packages: Whether installed packages can be imported; without them it starts at once.
+    Without installed `packages`, which it then cannot import, it starts at once.
     """
     # Before other installed copies of ours, but not before the standard library.
     add = f"insert(0, {_IMPORT_FROM!r})" if packages else f"append({_IMPORT_FROM!r})"

@@ -15,8 +15,8 @@ import numba
 from numba import njit
 
 from vizbot.core.errors import ConfigError
-from vizbot.core.notice import NOTICE
 from vizbot.core.program.kernel_folder import VARIABLE, can_keep, is_empty
+from vizbot.core.program.log_records import NOTICE
 
 __all__ = ["njit"]
 

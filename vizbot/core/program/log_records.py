@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import logging
 
+NOTICE = 25
+"""Between info, which a run's log file has, and warning."""
+logging.addLevelName(NOTICE, "NOTE")
+
 _MOST_RECORDS, _LONGEST_LINE = 100, 4000
 """Log records that are kept between two answers, and their characters."""
 

@@ -142,7 +142,6 @@ class Guard:
     def __init__(
         self, app: App, credentials: Credentials, now: Callable[[], float] = time.monotonic
     ) -> None:
-        """Guard an application."""
         self._app = app
         self._credentials = credentials
         self._now = now
@@ -188,9 +187,7 @@ class Guard:
     def _count_request(self, scope: Scope, short: bool) -> bool:
         """Count a request; whether its address may make one more now.
 
-        Args:
-            scope: Of the request.
-            short: Whether it may be a typed stop: those are counted by themselves.
+        A typed stop, which a `short` request may be, is counted by itself.
         """
         who, now = (str((scope.get("client") or ("",))[0]), short), self._now()
         bucket = self._buckets.pop(who, None) or TokenBucket(_RATE, _BURST, now)

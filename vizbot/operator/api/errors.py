@@ -59,11 +59,7 @@ WITH_BODY = (400, 413, 422)
 
 
 def error_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """Document errors as FastAPI takes them.
-
-    Args:
-        statuses: HTTP status codes that a route really answers with.
-    """
+    """Document errors, by the HTTP status codes of a route, as FastAPI takes them."""
     return {
         status: {
             "description": _REASONS[status],

@@ -44,11 +44,7 @@ class Credentials:
     """What one run of the server wants of its clients, and how it proves itself to them."""
 
     def __init__(self, token: str | None) -> None:
-        """Draw the name of this run.
-
-        Args:
-            token: The token to demand; None where only this machine reaches the robot.
-        """
+        """Draw the name of this run; without a `token` only this machine reaches the robot."""
         self._token = token
         self._run = secrets.token_urlsafe(16)
 

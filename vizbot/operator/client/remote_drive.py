@@ -31,12 +31,7 @@ class RemoteDrive:
     """
 
     def __init__(self, client: RobotClient, who: str, *, over: bool = False) -> None:
-        """Take the drive lease.
-
-        Args:
-            client: Of the robot; its owner closes it.
-            who: The driver's name, which others are shown.
-            over: Take the lease from whoever holds it.
+        """Take the drive lease as `who`, with `over` from whoever holds it.
 
         Raises:
             VizbotError: the robot does not answer. Where somebody else is driving, `drive` says so.

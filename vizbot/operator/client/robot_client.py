@@ -25,8 +25,7 @@ from vizbot.operator.api.answers import (
 )
 from vizbot.operator.api.auth import FREE_PATH, stored_token
 from vizbot.operator.api.errors import InvalidField
-from vizbot.operator.client.authorization import Authorization
-from vizbot.operator.client.http_link import HttpLink
+from vizbot.operator.client.http_link import Authorization, HttpLink
 from vizbot.operator.client.stop import HERE, no_vizbot
 
 _TIMEOUT = 12.0

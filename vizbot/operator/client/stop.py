@@ -21,10 +21,7 @@ _MAX_ANSWER = 64 * 1024
 
 
 def send_stop(url: str) -> None:
-    """Stop the robot now; it asks for no token.
-
-    Args:
-        url: As `launch` shows it.
+    """Stop the robot at `url` now; it asks for no token.
 
     Raises:
         ConfigError: the URL is not valid.

@@ -104,11 +104,7 @@ def _outline(grid: OccupancyGrid) -> NDArray[np.int64]:
 
 
 def panels(step: Step, track: NDArray[np.float64]) -> dict[str, Image]:
-    """Colour, depth, obstacle map and likeness map of a step.
-
-    Args:
-        step: What to draw.
-        track: (N, 2) x, y of the base so far in `map` [m].
+    """Colour, depth, obstacle map and likeness map; `track` (N, 2) is x, y in `map` [m].
 
     Returns:
         RGB pictures of `TILE` size by name.
@@ -188,9 +184,7 @@ def candidates(step: Step) -> NDArray[np.float64]:
 def known_cells(grid: OccupancyGrid, margin: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The first known cell (row, col) and one past the last; all cells if none is known.
 
-    Args:
-        grid: The obstacle map.
-        margin: Width of the border around it that counts, too [m].
+    `margin` is the width of the border around it that counts, too [m].
     """
     known, shape = grid.occupancy != 0.5, np.array(grid.occupancy.shape)
     if not known.any():

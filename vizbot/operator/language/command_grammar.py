@@ -107,10 +107,8 @@ class Grammar:
     ) -> None:
         """Take over a language.
 
-        Args:
-            language: As its file has it.
-            is_name: Whether words are the name of a thing or room.
-            knows: Whether the robot knows every word of a goal.
+        `is_name`: words are the name of a thing or room; `knows`: the robot knows every word of a
+        goal.
 
         Raises:
             KeyError: the language lacks something.
@@ -211,12 +209,9 @@ class Grammar:
     ) -> str:
         """A sentence with the same meaning, for example "go to kitchen, then sofa, then dock".
 
-        Args:
-            command: What it asks for.
-            at_once: Whether the running task has to give way.
-            quoted: Goals that are to be taken literally. They stand in quotes, like those which
-                `typed` would not find again without.
-            own: What people call a goal.
+        With `at_once` the running task has to give way. Goals that are `quoted` are taken
+        literally: they stand in quotes, like those which `typed` would not find again without.
+        `own` is what people call a goal.
         """
         if at_once:
             return self.urgent(self.text(command, quoted=quoted, own=own))

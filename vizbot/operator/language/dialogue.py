@@ -66,10 +66,7 @@ class Dialogue:
 
         A stop of a few words is obeyed before the others that wait are read.
 
-        Args:
-            text: One line, not empty.
-            who: Typed it.
-            at_once: What is running gives way, even where the text does not say so.
+        With `at_once` what is running gives way, even where the line does not say so.
 
         Raises:
             QueueFullError: two sentences wait already.
@@ -94,12 +91,9 @@ class Dialogue:
     ) -> Reply:
         """Do what is understood, or ask back.
 
-        Args:
-            command: As it was said; a yes or a no to what this person was asked settles that.
-            understood: What is done about it; None where it is none.
-            who: Said it.
-            at_once: What is running gives way.
-            stops: What the session's `stops` was when it was said.
+        `understood` is what is done about `command`, None where it is none; a yes or a no to what
+        `who` was asked settles that. With `at_once` what is running gives way; `stops` was the
+        session's when it was said.
 
         Raises:
             VizbotError: as for `typed`.

@@ -86,12 +86,8 @@ class Dispatcher:
     ) -> Reply:
         """Do what a command asks for, or answer it.
 
-        Args:
-            command: From any way in, its goals in the encoder's words.
-            who: Gave it.
-            at_once: What is running gives way.
-            stops: What the session's `stops` was when the command was given, where that was a
-                while ago.
+        The goals of `command` are in the encoder's words. With `at_once` what is running gives way;
+        `stops` was the session's when the command was given, where that was a while ago.
 
         Raises:
             VizbotError: too much is asked for, the robot was stopped since, or it is too busy.

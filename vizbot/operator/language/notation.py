@@ -42,9 +42,7 @@ class Pattern:
 
         Of alternatives those of more words are tried first: "go to {goal}" before "go {goal}".
 
-        Args:
-            numbers: Words that stand for a number, beside digits.
-            units: Words that stand for a unit of length.
+        `numbers` and `units` are words for a number, beside digits, and for a unit of length.
         """
         ways = "|".join(
             "".join(
@@ -82,12 +80,7 @@ class Pattern:
         return any(piece == word if isinstance(piece, str) else piece.has(word) for piece in pieces)
 
     def sentence(self, slots: Mapping[str, str], rng: random.Random) -> str:
-        """One way to say it, drawn at random: half of the time the first one, the usual one.
-
-        Args:
-            slots: What each slot is filled with, by its name.
-            rng: Draws.
-        """
+        """One way to say it, drawn at random: half of the time the first one, the usual one."""
         if self.optional and rng.random() < 0.5:
             return ""
         pieces = [
@@ -103,11 +96,7 @@ class Pattern:
 
 
 def read_pattern(text: str, parts: Mapping[str, str]) -> Pattern:
-    """The pattern that a text in the notation stands for.
-
-    Args:
-        text: In the notation.
-        parts: What `<name>` stands for, in the notation.
+    """The pattern of a text in the notation; `parts` has what each `<name>` in it stands for.
 
     Raises:
         ValueError: the text is none: a bracket is open, a part or a slot is unknown.

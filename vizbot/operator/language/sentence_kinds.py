@@ -87,10 +87,8 @@ class SentenceWriter:
     def text(self, command: Command, quoted: Collection[str], goal_format: str) -> str:
         """One sentence for a command.
 
-        Args:
-            command: What it asks for.
-            quoted: Goals that stand in quotes.
-            goal_format: How other goals stand, "{}" or the same in quotes.
+        Goals that are `quoted` stand in quotes, others as `goal_format` says: "{}" or that in
+        quotes.
         """
 
         def named(goal: str) -> str:

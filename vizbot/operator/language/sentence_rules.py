@@ -104,9 +104,7 @@ class RuleMaker:
     def amount(self, found: re.Match[str], least: float = 0.0) -> float | None:
         """The number that a rule has read, in the base of its unit; None where it read none.
 
-        Args:
-            found: What it has read.
-            least: A smaller number in words is none: "turn a left" is about no degree.
+        A number in words below `least` is none: "turn a left" is about no degree.
         """
         number, unit = slot(found, "number"), slot(found, "unit")
         if not number or self._numbers.get(number, least) < least:

@@ -166,10 +166,7 @@ class StepReader:
 
         Of several readings the first is taken in whose goal there is a name, and that name.
 
-        Args:
-            ways: The ways to read a step.
-            literals: What each mark in it stands for.
-            unsure: What a rule has read about a goal that is not known; None without one.
+        `unsure` is what a rule has read about a goal that is not known; None without one.
         """
         for rule, found in readings(ways, self._loose):
             goal = slot(found, "goal")

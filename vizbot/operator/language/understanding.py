@@ -43,11 +43,7 @@ def understand(
 ) -> Understanding:
     """Read the goals of a command.
 
-    Args:
-        command: As its words say it.
-        language: The language of these.
-        literal: Parts of goals that are taken literally.
-        alone: Whether its goals were typed without a command around them.
+    `literal` parts of goals are taken literally; `alone`: they were typed without a command.
     """
 
     def parts(goal: str) -> tuple[str, ...]:

@@ -28,7 +28,6 @@ class MapMarker:
     Attributes:
         x: [px]
         y: [px], down.
-        text: What it is.
     """
 
     x: float
@@ -68,10 +67,8 @@ class MapFigure:
 def run_map(step: Step, track: NDArray[np.float64], reports: Sequence[GoalReport]) -> MapFigure:
     """Draw the last step of a run.
 
-    Args:
-        step: The last step.
-        track: (N, 2) x, y of the base in `map` [m].
-        reports: Of all goals asked for on this map.
+    `track` (N, 2) is x, y of the base in `map` [m]; `reports` are of all goals asked for on this
+    map.
     """
     grid = step.grid
     first, last = known_cells(grid, _MARGIN)

@@ -19,8 +19,7 @@ from vizbot.core.place_scores import Measure
 from vizbot.core.work_queue import WorkQueue
 from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
 from vizbot.operator.figures.panels import board, panels
-from vizbot.operator.figures.steps import StepFilter
-from vizbot.operator.figures.track import Track
+from vizbot.operator.figures.steps import StepFilter, Track
 from vizbot.operator.report.frame_store import FrameStore, Match, matches, picture_of
 from vizbot.operator.report.map_figure import run_map
 from vizbot.operator.report.timeline import GoalTimeline, Timeline
@@ -50,12 +49,7 @@ class Report:
     """
 
     def __init__(self, folder: Path, notice: str | None) -> None:
-        """Begin the video `run.webm` in `folder`.
-
-        Args:
-            folder: The run's folder.
-            notice: What must be said wherever the encoder answers; None for nothing.
-        """
+        """Begin the video `run.webm`; `notice` is said wherever the encoder answers."""
         self._folder = folder
         self._notice = notice
         self._track = Track()
@@ -126,15 +120,10 @@ class Report:
         true_plan: NDArray[np.uint8] | None = None,
         attributions: Sequence[str] = (),
     ) -> Path:
-        """Close the video and write the page.
+        """Close the video and write the page, whose path is returned.
 
-        Args:
-            metrics: What the run measured, shown as a table.
-            true_plan: (H, W, 3) picture of the simulated home, for comparison; None on hardware.
-            attributions: Author and licence of each model that the pictures show.
-
-        Returns:
-            The page.
+        `true_plan` (H, W, 3) is a picture of the simulated home, for comparison, None on hardware;
+        `attributions` name author and licence of each model that the pictures show.
         """
         video = self._finished_video()
         pictures, drawn_map = [], None

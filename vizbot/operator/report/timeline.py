@@ -22,7 +22,6 @@ class GoalTimeline:
     """The search for one goal.
 
     Attributes:
-        text: The goal.
         steps: Indices of its steps; empty where a goal was only looked up.
         best: Best score in each step; NaN while the map was empty.
         thresholds: The score to exceed in each step.
@@ -48,7 +47,6 @@ class TimelineEvent:
     Attributes:
         seconds: Since the first frame [s].
         step: Index of the step.
-        text: What happened, in plain words.
         warns: Whether something was not as it should be.
     """
 

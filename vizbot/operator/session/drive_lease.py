@@ -42,9 +42,7 @@ class DriveLease:
     def take(self, who: str, *, over: bool = False) -> int | None:
         """Give the lease to somebody, wheels at rest.
 
-        Args:
-            who: The driver's name, which others are shown.
-            over: Take the lease from whoever holds it.
+        Others are shown `who` drives; with `over` the lease is taken from whoever holds it.
 
         Returns:
             The number of the link, which every command needs; None if somebody else drives.
@@ -75,16 +73,10 @@ class DriveLease:
             return self._holder is not None and link == self._link
 
     def accept(self, link: int, sequence: int, heard: float, twist: Twist) -> bool:
-        """Take a motion command, unless it comes too late.
+        """Take a motion command, unless it comes too late; whether it counts.
 
-        Args:
-            link: The number that `take` returned.
-            sequence: Number of the command. A number that is not above the last one is too late.
-            heard: The newest of the robot's times that had arrived when it was given [s].
-            twist: What to drive.
-
-        Returns:
-            Whether the command counts.
+        It is too late where `sequence` is not above the last one. `heard` is the newest of the
+        robot's times that had arrived when it was given [s]; `link` is what `take` returned.
         """
         with self._lock:
             fresh = 0.0 <= self._now() - heard <= OLDEST

@@ -38,13 +38,7 @@ class HouseholdBeliefs:
         return len(self._beliefs)
 
     def found(self, bundle: MapBundle, number: int, pipeline: Pipeline) -> list[str]:
-        """The words that some place of the map answers, in alphabetical order.
-
-        Args:
-            bundle: The map as it is now.
-            number: Counts the maps of the run.
-            pipeline: Embeds the words, and says how probable an answer has to be.
-        """
+        """The words that some place of the run's map `number` answers, in alphabetical order."""
         with self._lock:
             best = {
                 text: float(belief.probabilities.max(initial=0.0))
@@ -54,13 +48,7 @@ class HouseholdBeliefs:
         return sorted(text for text, probability in best.items() if probability > least)
 
     def in_view(self, bundle: MapBundle, number: int, pipeline: Pipeline) -> list[str]:
-        """The words for what the newest mapped picture shows, the most probable first.
-
-        Args:
-            bundle: The map as it is now.
-            number: Counts the maps of the run.
-            pipeline: Embeds the words, and says how probable a place has to be.
-        """
+        """The words for the newest picture in the run's map `number`, the likeliest first."""
         best: dict[str, float] = {}
         frames = bundle.elements.frames[bundle.places.elements[:, 0]]
         newest = frames == frames.max(initial=-1)

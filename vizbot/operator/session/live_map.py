@@ -137,10 +137,7 @@ class LiveMap:
         self._session.jobs.wait_for(change)
 
     def add_zone(self, zone: NDArray[np.float32]) -> int:
-        """Add a zone that the robot must not enter.
-
-        Returns:
-            The number of zones, the new one included.
+        """Add a zone that the robot must not enter; return the number of zones, with it.
 
         Raises:
             ConfigError: there are too many already.
@@ -154,10 +151,7 @@ class LiveMap:
         return self._session.jobs.wait_for(add)
 
     def remove_zone(self, zone: NDArray[np.float32]) -> int:
-        """Remove a zone.
-
-        Returns:
-            The number of zones that are left.
+        """Remove a zone; return the number of zones that are left.
 
         Raises:
             ConfigError: there is no such zone.

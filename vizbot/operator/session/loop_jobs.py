@@ -29,10 +29,7 @@ class LoopJobs:
         return self._waiting.qsize()
 
     def submit(self, job: Callable[[Pipeline], T]) -> Future[T]:
-        """Have the loop do something short with its maps.
-
-        Returns:
-            The future of what the job returns or raises.
+        """Have the loop do a short job with its maps; return the future of its result.
 
         Raises:
             ConfigError: too many jobs wait.
@@ -71,15 +68,7 @@ class LoopJobs:
             raise DeviceTimeoutError("the robot is busy or ends; ask again") from error
 
     def do_next(self, pipeline: Pipeline, within: float = 0.0) -> bool:
-        """Called by the loop: do the job that waits longest.
-
-        Args:
-            pipeline: Has the maps.
-            within: How long to wait for one [s].
-
-        Returns:
-            Whether there was one.
-        """
+        """Called by the loop: do the job that waits longest; whether one came `within` [s]."""
         try:
             do, _ = self._waiting.get(timeout=within) if within else self._waiting.get_nowait()
         except Empty:

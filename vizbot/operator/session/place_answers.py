@@ -53,7 +53,6 @@ class Answer:
     """What a map answers to a question.
 
     Attributes:
-        text: The question.
         outcome: `LOCATED` where the best place's score is enough, else `NOT_FOUND`.
         threshold: What it has to exceed.
         places: Best first.
@@ -99,11 +98,8 @@ def find_places(
 ) -> Answer:
     """Look up a question on a map (paper, section III-B).
 
-    Args:
-        bundle: The map; with statistics, but for the method `paper`.
-        goal: The question, by the map's encoder.
-        log_odds: Scale and bias of that encoder; None where they are not known.
-        config: The method, and what is enough.
+    `bundle` has statistics, but for the method `paper`; `log_odds` are scale and bias of the
+    encoder, None where they are not known.
     """
     if config.method == "paper":
         places = _most_similar(bundle, goal)
@@ -172,10 +168,7 @@ def count_places(bundle: MapBundle, question: Query, least: float) -> int:
 def area_of(bundle: MapBundle, question: Query, least: float) -> NDArray[np.float32] | None:
     """The area round the places of a map that are most probably a room.
 
-    Args:
-        bundle: The map, with statistics.
-        question: The room, by the map's encoder.
-        least: Probability that a place of it has to exceed.
+    `bundle` has statistics; the probability of a place has to exceed `least`.
 
     Returns:
         Corners (N, 2) x, y in `map` [m]; None where no place is likely enough.

@@ -32,7 +32,6 @@ class RoomArea:
     """A part of the plan that most probably belongs to a room.
 
     Attributes:
-        name: What the room is.
         position: x, y in `map` of a place about in its middle [m].
     """
 
@@ -57,9 +56,8 @@ class RoomAreas:
     ) -> list[RoomArea]:
         """The rooms that the map shows, the largest first.
 
-        Args:
-            number: Counts the maps of the run; an answer about another one is not given again.
-            whole: Reads the map as it is now, its number, and what answers questions about it.
+        `number` counts the maps of the run: an answer about another one is not given again. `whole`
+        reads the map as it is now, its number, and what answers questions about it.
         """
         with self._lock:
             now = self._now()
@@ -78,9 +76,7 @@ def room_areas(beliefs: dict[str, PlaceBelief], least: float) -> list[RoomArea]:
 
     A place belongs to the room that it most probably shows.
 
-    Args:
-        beliefs: For each room, of the same places.
-        least: Probability that a place has to exceed.
+    `beliefs` are of the same places; the probability of a place has to exceed `least`.
     """
     names = list(beliefs)
     probabilities = np.stack([beliefs[name].probabilities for name in names])

@@ -69,11 +69,7 @@ def _named(folder: Path, name: str) -> Path:
 
 
 class SavedMaps:
-    """The saved maps in one folder, by their names; a `ConfigError` where one cannot be a name.
-
-    Attributes:
-        folder: Of the maps.
-    """
+    """The saved maps in one folder, by their names; a `ConfigError` where one cannot be a name."""
 
     def __init__(self, folder: Path | None = None) -> None:
         """Look into a folder, which need not be there; this user's by default."""

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Candidate, GoalReport, OpenQuestion, Outcome, Step
-from vizbot.operator.figures.steps import StepRate
-from vizbot.operator.figures.track import Track
+from vizbot.operator.figures.steps import StepRate, Track
 from vizbot.operator.figures.wall_direction import MapTurn
 from vizbot.operator.session.loop_jobs import LoopJobs
 from vizbot.operator.session.session_log import SessionLog
@@ -39,13 +38,11 @@ class OperatorSession:
     `DeviceTimeoutError` where the robot is too busy or its run ends.
 
     Attributes:
-        robot: The robot that people share.
         queue: The tasks that they asked for.
         lease: Who drives by hand.
         stopped: Set while the robot must rest, until somebody asks for something new.
         stops: How often somebody has stopped the robot.
         closed: Set when the run is to end.
-        log: What happened.
         jobs: What the loop has to do between two steps.
         arrival: Where the robot has arrived last; None before, and once another search has begun.
         candidate: What the robot goes up to because it may be the goal; None where it is nothing.
@@ -55,12 +52,7 @@ class OperatorSession:
     def __init__(
         self, robot: SharedRobot | None = None, now: Callable[[], float] = time.monotonic
     ) -> None:
-        """Create it without tasks.
-
-        Args:
-            robot: The robot; None for one without a base that keeps nothing.
-            now: Time of the wall clock [s].
-        """
+        """Create it without tasks; `robot` None has no base and keeps nothing."""
         self._now = now
         self._lock = threading.Lock()
         self._orders = threading.RLock()
@@ -87,10 +79,8 @@ class OperatorSession:
     ) -> list[QueuedTask]:
         """Queue goals in words, places, or tasks that need no words.
 
-        Args:
-            requests: In this order.
-            at_once: The running task gives way.
-            stops: What `stops` was when somebody asked, where that was a while ago.
+        With `at_once` the running task gives way; `stops` was the session's when somebody asked,
+        where that was a while ago.
 
         Raises:
             ConfigError: a goal is too long, too many wait, or the robot was stopped since.
@@ -262,11 +252,7 @@ class OperatorSession:
         self.log.write_stop(f"stopped by {who}")
 
     def call_off(self, goals: Collection[str], who: str) -> list[str]:
-        """Call off some of the goals that were asked for; the others stay.
-
-        Returns:
-            Those that were called off, in the queue's words.
-        """
+        """Call off some goals, and return them in the queue's words; the others stay."""
         texts = {goal.casefold() for goal in goals}
         called_off = self._call_off(lambda task: task.text.casefold() in texts, who)
         return [task.text for task in called_off]

@@ -22,7 +22,6 @@ class LogEntry:
         time: When, in seconds since 1970.
         code: What kind of thing happened: `goal`, `activity`, `ended`, `stop`, `wheel`,
             `verdict`, `doubt`, `resume`, `map`, `warning`.
-        text: In plain words.
         outcome: How that which has `ended` did; None in other lines.
     """
 

@@ -76,9 +76,7 @@ class TaskQueue:
     def add(self, requests: Sequence[TaskRequest], *, at_once: bool = False) -> list[QueuedTask]:
         """Append tasks, or put them before all others.
 
-        Args:
-            requests: In this order.
-            at_once: Put them first and end the running task; those that wait stay.
+        Tasks `at_once` come first and end the running task; those that wait stay.
 
         Raises:
             ConfigError: too many are waiting.
@@ -106,14 +104,10 @@ class TaskQueue:
             self._waiting = []
 
     def call_off(self, chosen: Callable[[QueuedTask], bool], reason: str) -> list[QueuedTask]:
-        """Call off some tasks.
+        """Call off some tasks and return them: waiting ones are over, a running one is to end.
 
-        Args:
-            chosen: Whether a task that runs or waits is called off.
-            reason: Why, in one line.
-
-        Returns:
-            The tasks that were called off: a waiting one is over, a running one has yet to end.
+        The tasks that are `chosen` of those that run or wait are called off, for a `reason` in one
+        line.
         """
         with self._lock:
             called_off = []

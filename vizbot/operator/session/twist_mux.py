@@ -33,7 +33,6 @@ class TwistMux:
         stopped: threading.Event,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        """Share a base."""
         self._base = base
         self._lease = lease
         self._stopped = stopped

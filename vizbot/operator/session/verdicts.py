@@ -61,9 +61,7 @@ class ApproachedCandidate:
 def candidate_of(step: Step, before: ApproachedCandidate | None) -> ApproachedCandidate | None:
     """What the robot goes up to in a step; None where that is nothing, or it has arrived.
 
-    Args:
-        step: The newest one.
-        before: What it was in the step before; where the place is the same, it still is.
+    `before` is what it was in the step before; where the place is the same, it still is.
     """
     if step.candidate_xy is None or step.ended is not None:
         return None

@@ -29,10 +29,9 @@ class VocabularyUpdater:
     ) -> None:
         """Create it without asking.
 
-        Args:
-            vocabulary: Asks the robot; raises a `VizbotError` where it does not answer.
-            learn: Takes the phrases, from another thread; none where the robot does not answer.
-            period: Between two questions [s].
+        `vocabulary` asks the robot, and raises a `VizbotError` where it does not answer; `learn`
+        takes the phrases, from another thread, none where it does not. It is asked every `period`
+        [s].
         """
         self._vocabulary = vocabulary
         self._learn = learn

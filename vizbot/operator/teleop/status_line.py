@@ -18,12 +18,7 @@ class StatusLine:
     def text(self, state: BaseState, twist: Twist, step: int, speed: float, now: float) -> str:
         """The line, what matters most first: a narrow terminal cuts the rest.
 
-        Args:
-            state: Of the base.
-            twist: What it was commanded.
-            step: Speed step.
-            speed: Speed ahead at that step [m/s].
-            now: Time [s].
+        `speed` ahead is that of the speed `step` [m/s].
         """
         self._felt.update(dict.fromkeys(contacts(state), now))
         self._felt = {word: at for word, at in self._felt.items() if now - at < _LINGER}

@@ -46,10 +46,7 @@ class Teleop:
     def __init__(self, base: Driven, terminal: Terminal, clock: Clock) -> None:
         """Create it; nothing moves before `run`.
 
-        Args:
-            base: The base to drive; its owner closes it.
-            terminal: The terminal whose keys drive it; its owner closes it.
-            clock: The clock on which the terminal waits: the wall clock.
+        Their owners close base and terminal, which waits on `clock`, the wall clock.
         """
         self._base = base
         self._terminal = terminal

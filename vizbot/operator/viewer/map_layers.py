@@ -12,7 +12,7 @@ from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.operator.figures.colour_scale import ColourScale
 from vizbot.operator.figures.panels import known_cells, shaded
-from vizbot.operator.figures.track import Track
+from vizbot.operator.figures.steps import Track
 
 _BLOCK = 256
 """Elements that share an entity: a new one causes no more of them to be sent again."""

@@ -41,9 +41,7 @@ def require_rerun() -> None:
 def open_viewer(folder: Path, base: TwistMux | None) -> Viewer:
     """Begin `run.rrd` in a run's folder, show it if there is a screen, print how to follow it.
 
-    Args:
-        folder: The run's folder.
-        base: Its battery is plotted; None without a base.
+    The battery of `base` is plotted; None without a base.
     """
     from vizbot.operator.viewer.viewer import Viewer
 

@@ -41,11 +41,7 @@ class Viewer:
     """An observer that records for rerun, on the timelines `step` and `stamp` [s]."""
 
     def __init__(self, path: Path, battery: Callable[[], float | None] = lambda: None) -> None:
-        """Begin the recording `path`.
-
-        Args:
-            path: A file.
-            battery: Reads the state of charge, 0 to 1; None where it is not known.
+        """Begin a recording; `battery` reads the charge, 0 to 1, None where not known.
 
         Raises:
             ConfigError: it cannot be written.

@@ -70,7 +70,6 @@ class PhraseScorer:
     def __init__(
         self, whisper: Whisper, tokenizer: Tokenizer, noise: Encoded, phrasing: Phrasing
     ) -> None:
-        """Create it for a model."""
         self._phrasing = phrasing
         self._whisper = whisper
         self._tokenizer = tokenizer

@@ -32,13 +32,7 @@ class Listener:
     def __init__(
         self, recogniser: Recogniser, wake: str | None, language: Language = ENGLISH
     ) -> None:
-        """Begin with silence.
-
-        Args:
-            recogniser: Understands speech.
-            wake: What every command must begin with; None: nothing.
-            language: That is spoken.
-        """
+        """Begin with silence; every command must begin with `wake`, unless that is None."""
         self._recogniser = recogniser
         self._wake = wake
         self._grammar = language.grammar
@@ -47,11 +41,7 @@ class Listener:
         self._stopped = False
 
     def take(self, sound: Sound) -> Utterance | None:
-        """Take the next piece of sound.
-
-        Returns:
-            A stop as soon as it is said, an utterance when it has ended; None: nothing yet.
-        """
+        """Take sound: a stop once it is said, an utterance once it has ended, else None."""
         self._sound = np.concatenate([self._sound, sound])
         self._fresh += len(sound)
         if self._fresh < _EVERY * RATE:

@@ -25,7 +25,7 @@ from vizbot.operator.language.command import (
 )
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.operator.language.lexicon import singulars
-from vizbot.operator.voice.likeness import NEAR, plain_words, similarity
+from vizbot.operator.voice.sentence_bank import NEAR, plain_words, similarity
 
 SURE = 0.76
 """Likeness from which a phrase is taken for what was meant. Chosen on the even half of the phrases
@@ -79,7 +79,6 @@ class Hypothesis:
     """A sentence that may have been said.
 
     Attributes:
-        text: Its words.
         score: Mean logarithm of its tokens' probabilities.
     """
 

@@ -106,11 +106,7 @@ class Recogniser:
         self.learn(())
 
     def learn(self, found: Sequence[str]) -> None:
-        """Prefer what the running map finds: it comes first in the hint to the model.
-
-        Args:
-            found: Phrases of the vocabulary, in the encoder's words; others are ignored.
-        """
+        """Prefer what the running map finds: it comes first in the hint to the model."""
         own = map(self._language.lexicon.own, found)
         known = tuple(phrase for phrase in own if phrase in self.vocabulary)
         others = [phrase for phrase in self.vocabulary if phrase not in known]
@@ -123,12 +119,7 @@ class Recogniser:
         self._hints = known, prompt  # at once, since another thread may be listening
 
     def hear(self, sound: Sound, wake: str | None = None) -> Utterance:
-        """Recognise what was said, and the command in it.
-
-        Args:
-            sound: One utterance.
-            wake: What must be said first, except before "stop"; None: nothing.
-        """
+        """Recognise the command in an utterance; `wake` is said first, except before "stop"."""
         spoken = self._spoken(sound)
         if spoken is None:
             return Utterance("", None)

@@ -1,6 +1,8 @@
 """Sentences that the patterns of a grammar make, and which of them sound like what was heard.
 
 Whisper spells what it does not expect by its sound: "Scene the whole house", "Hand to the start".
+How alike two phrases are goes by their letters and by their sounds, those of metaphone: consonants
+by how they are spoken, vowels left out.
 """
 
 from __future__ import annotations
@@ -12,10 +14,11 @@ from dataclasses import dataclass
 from itertools import product
 from math import prod
 
+from jellyfish import jaro_winkler_similarity, levenshtein_distance, metaphone
+
 from vizbot.operator.language.command_grammar import Grammar
 from vizbot.operator.language.notation import SLOTS, Pattern
 from vizbot.operator.language.phrase_grammar import Phrasing
-from vizbot.operator.voice.likeness import NEAR, nearness, plain_words, similarity, sounds
 
 _MOST = 400
 """Sentences of each pattern: all that it makes, or as many that are drawn."""
@@ -135,3 +138,30 @@ def _written(text: str, heard: str) -> str:
     """A sentence as Whisper writes it, with the mark at the end of what was heard."""
     mark = heard[-1] if heard[-1:] in ".!?" else "."
     return f"{text[:1].upper()}{text[1:]}{mark}"
+
+
+NEAR = 0.66
+"""Likeness from which the robot asks back."""
+_SOUND = 0.6
+"""Weight of the sounds, beside that of the letters."""
+
+
+def similarity(a: str, b: str) -> float:
+    """How alike two phrases are by letters and sounds, 0 to 1."""
+    letters = (jaro_winkler_similarity(a, b) + nearness(a, b)) / 2
+    return _SOUND * nearness(sounds(a), sounds(b)) + (1.0 - _SOUND) * letters
+
+
+def nearness(a: str, b: str) -> float:
+    """Share of letters that need no change to make one of the other, 0 to 1."""
+    return 1.0 - levenshtein_distance(a, b) / max(len(a), len(b), 1)
+
+
+def sounds(words: str) -> str:
+    """The sounds of words, without the gaps: "book shelf" sounds like "bookshelf"."""
+    return metaphone(words.replace("'", "")).replace(" ", "")
+
+
+def plain_words(words: str) -> str:
+    """Words in small letters, without hyphens and more than one blank between them."""
+    return " ".join(words.casefold().replace("-", " ").split())

@@ -30,9 +30,7 @@ class SoundError(ConfigError):
 def read_sound(source: Path | bytes, longest: float = _LONGEST) -> Sound:
     """Read a recording: WAV (PCM), WebM (Opus), Ogg (Opus, Vorbis) or MP4 (AAC, Opus).
 
-    Args:
-        source: The file, or its content.
-        longest: Length that is decoded at most [s].
+    It is decoded up to `longest` [s].
 
     Raises:
         SoundError: it is of another kind, cut short, damaged or too large, takes too long, or holds

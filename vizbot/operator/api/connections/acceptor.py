@@ -46,7 +46,6 @@ class _Waiting:
 
     Attributes:
         socket: The server's end.
-        address: The client's address.
         since: Time of its opening [s].
         ready: Whether it is known where to pass it on to.
         short: Whether it asks for what may be a typed stop.
@@ -110,11 +109,7 @@ class Acceptor:
         self._poll.register(stops, 0)  # tells of its end all the same
 
     def turn(self) -> bool:
-        """Do what there is to do, or wait a second for it.
-
-        Returns:
-            Whether anybody is left to pass connections on to.
-        """
+        """Do what there is, or wait a second; whether anybody is left to pass connections on to."""
         pending = bool(self._ready_stops or self._ready)
         for descriptor, event in self._poll.poll(_TURN if pending else _IDLE):
             if descriptor == self._stops.fileno():

@@ -28,7 +28,6 @@ class _Connection:
 
     Attributes:
         socket: The server's end; asyncio closes it.
-        address: The client's address.
         since: Time of its opening or of its answer [s].
         answered: Whether a request of it is being answered; an open WebSocket is one.
         is_websocket: Whether it is one.
@@ -51,12 +50,7 @@ class BoundedListener(socket.socket):
     """
 
     def __init__(self, channel: socket.socket, now: Callable[[], float] = time.monotonic) -> None:
-        """Take over this process's end of the channel to the acceptor.
-
-        Args:
-            channel: Unix stream socket; it must not be used any more.
-            now: Reads the time [s].
-        """
+        """Take over this process's end of the channel to the acceptor, a Unix stream socket."""
         super().__init__(fileno=channel.detach())
         self._now = now
         self._open: dict[tuple[str, int], _Connection] = {}

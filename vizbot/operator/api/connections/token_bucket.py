@@ -7,13 +7,7 @@ class TokenBucket:
     """Fills at a rate up to a burst; what is done takes from it."""
 
     def __init__(self, rate: float, burst: float, now: float) -> None:
-        """Create a full one.
-
-        Args:
-            rate: What may be taken a second in the long run.
-            burst: What may be taken at once.
-            now: The time [s].
-        """
+        """Create a full one of `burst`, refilled by `rate` a second from `now` [s] on."""
         self._rate, self._burst = rate, burst
         self._left, self._at = burst, now
 
