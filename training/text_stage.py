@@ -73,13 +73,7 @@ def part_of_rate(step: int, warmup: int, steps: int) -> float:
 def train_text_tower(
     teacher: TextTower, tokenizer: Tokenizer, config: TextStageConfig
 ) -> TextTower:
-    """The text tower that knows spoken phrasings, too.
-
-    Args:
-        teacher: The text tower of the first stage, which stays as it is.
-        tokenizer: Splits texts into tokens, as in the first stage.
-        config: Settings of the stage.
-    """
+    """The text tower that knows spoken phrasings, too."""
     device = next(teacher.parameters()).device
     student = deepcopy(teacher).train()
     optimiser = torch.optim.AdamW(student.parameters(), lr=config.learning_rate, weight_decay=0.0)

@@ -56,12 +56,7 @@ class Claims(BaseModel):
     claim: tuple[Claim, ...] = ()
 
     def problems(self, root: Path, facts: Facts) -> list[str]:
-        """What does not agree, one line each.
-
-        Args:
-            root: The folder that the pages are named from.
-            facts: Figures of the kept rows.
-        """
+        """What does not agree, one line each."""
         found, filled = list[str](), dict[str, list[str]]()
         for claim in self.claim:
             text = _plain(_page(root, claim.page))

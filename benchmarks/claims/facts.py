@@ -29,9 +29,6 @@ def kept_facts(rows: Path) -> Facts:
     A file `bare/objectnav-default.jsonl` becomes `["bare"]["objectnav-default"]`; a JSON file comes
     as it is, some with what follows from it.
 
-    Args:
-        rows: Folder of the kept rows.
-
     Raises:
         ConfigError: a line is no result.
     """

@@ -28,12 +28,7 @@ BEGIN, END = "<!-- results: begin -->\n", "<!-- results: end -->"
 
 
 def with_table(page: str, rows: Path) -> str:
-    """The text of a page with the table between its markers; as it is where it has none.
-
-    Args:
-        page: The text of the page.
-        rows: Folder of the kept rows.
-    """
+    """The text of a page with the table between its markers; as it is where it has none."""
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     return f"{before}{begin}{_table(rows)}\n{end}{after}" if end else page

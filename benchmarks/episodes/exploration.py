@@ -94,14 +94,7 @@ def explore_and_ask(job: HomeToAsk) -> tuple[ExplorationResult, list[QueryResult
 def explored_map(
     world: World, seed: int, config: Config, folder: Path
 ) -> tuple[ExplorationResult, MapBundle]:
-    """How the exploration of a home ended, and its map, which the folder keeps for the next time.
-
-    Args:
-        world: The home.
-        seed: Of it.
-        config: Settings of the robot, with the largest scale set.
-        folder: Of the map.
-    """
+    """How the exploration of a home ended, and its map, which the folder keeps for next time."""
     result_file = _result_file(folder)
     if not folder.exists() or not result_file.exists():
         exploration, bundle = _explored(world, seed, config)

@@ -78,11 +78,6 @@ def open_episode(episode: Episode, config: Config, error: CalibrationError = EXA
 
     Number 0 without an error has the world of `vizbot dry-run GOAL --world HOME`.
 
-    Args:
-        episode: The episode.
-        config: Settings of the robot.
-        error: How the true robot differs from them.
-
     Raises:
         ConfigError: no place is far enough from the first goal.
     """

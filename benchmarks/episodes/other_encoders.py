@@ -48,12 +48,7 @@ class OtherEncoder:
     """
 
     def __init__(self, own: ClipEncoder, scale: EncoderScale) -> None:
-        """Wrap an encoder.
-
-        Args:
-            own: The robot's.
-            scale: What becomes of its cosines.
-        """
+        """Wrap an encoder."""
         self._own, self._offsets = own, scale == "offset"
         self._slope = (THRESHOLD - USUAL) / (own.threshold - OWN_USUAL)
         self._shift = USUAL - self._slope * OWN_USUAL

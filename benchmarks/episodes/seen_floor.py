@@ -20,12 +20,7 @@ class SeenFloor:
     """
 
     def __init__(self, world: World, config: Config) -> None:
-        """Nothing is seen yet.
-
-        Args:
-            world: The simulated world, with the robot where it begins.
-            config: Settings of the robot.
-        """
+        """Nothing is seen yet."""
         free, plan = world.free
         start = plan.cell_of(*world.T_world_base[:2, 3].tolist())
         self._radius = config.navigator.costmap.robot_radius

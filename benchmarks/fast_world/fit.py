@@ -265,11 +265,7 @@ def walk_in(home: SeenHome, rng: np.random.Generator) -> list[int]:
 
 
 def see_home(job: tuple[int, Path]) -> SeenHome:
-    """Take the views of a home, or read them.
-
-    Args:
-        job: Seed of the home, and the folder that keeps views.
-    """
+    """Take the views of a home, or read them."""
     seed, folder = job
     with FastHome(seed, UNATTENDED, encoder_of(UNATTENDED), folder) as home:
         return seen_in(home)

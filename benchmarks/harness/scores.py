@@ -26,12 +26,7 @@ _SIGNIFICANT = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """How often something happened.
-
-    Attributes:
-        count: How many times it happened.
-        trials: How many times it could have happened.
-    """
+    """How often something happened."""
 
     count: int
     trials: int

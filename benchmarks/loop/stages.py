@@ -75,12 +75,7 @@ class _Open(threading.local):
 
 @dataclass(slots=True)
 class StageTimer:
-    """Collects the own time of every stage while it is `measuring`.
-
-    Attributes:
-        times: By the stage's name.
-        measuring: Whether time is collected now.
-    """
+    """Collects the own time of every stage while it is `measuring`."""
 
     times: dict[str, StageTime] = field(
         default_factory=lambda: {name: StageTime() for name, _, _ in STAGES}

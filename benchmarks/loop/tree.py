@@ -19,12 +19,7 @@ _LOCKS = ("requirements.lock", "torch.lock")
 
 @dataclass(frozen=True, slots=True)
 class Tree:
-    """Sources, and the interpreter that has what they need.
-
-    Attributes:
-        path: Root of the sources.
-        python: The interpreter.
-    """
+    """Sources, and the interpreter that has what they need."""
 
     path: Path
     python: str = sys.executable

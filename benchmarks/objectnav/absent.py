@@ -96,10 +96,6 @@ def absent_result(
     """Rows, summary and table of the answers of each row.
 
     The summary is that of the first row; of the searches where no map was asked.
-
-    Args:
-        results: What maps answered, by row.
-        searched: How searches for what is not there ended.
     """
     rows = [{"row": name, **_figures(answers)} for name, answers in results.items()]
     summary = _figures(next(iter(results.values()), ()))

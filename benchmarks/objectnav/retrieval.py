@@ -105,14 +105,7 @@ def retrieval_result(
     explorations: Sequence[ExplorationResult] = (),
     smoke_test: bool = False,
 ) -> BenchResult:
-    """Rows, summary and tables of these answers.
-
-    Args:
-        answers: Answers to all goals with all scale sets.
-        scales: The default scale set.
-        explorations: Explorations of the maps that were queried.
-        smoke_test: Whether only a part was run.
-    """
+    """Rows, summary and tables of these answers."""
     default = [answer for answer in answers if answer.scales == scales]
     rows: list[dict[str, object]] = [
         {"row": scale_set_text(each), "scales": list(each)} | _rates(_of_scales(answers, each))

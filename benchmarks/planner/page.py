@@ -37,12 +37,7 @@ the same, and ours opens more cells, because it breaks ties by its rule."""
 
 
 def planner_page(folder: Path, page: Path) -> str:
-    """The page of the newest run; empty without any.
-
-    Args:
-        folder: Folder of the kept runs.
-        page: The file that the text is for.
-    """
+    """The page of the newest run; empty without any."""
     kept = Store(folder / "runs.jsonl", PlannerRun).all()
     if not kept:
         return ""

@@ -17,12 +17,7 @@ _BY_SIMILARITY = "The scores are similarities, -1 to 1, by which the robot of th
 
 
 def questions_page(folder: Path, page: Path) -> str:
-    """The page of the newest answers on each recording; empty without any.
-
-    Args:
-        folder: Folder of the kept answers.
-        page: The file that the text is for.
-    """
+    """The page of the newest answers on each recording; empty without any."""
     newest = {line.result.recording: line for line in Store(
         folder / "answers.jsonl", RecordingAnswers
     ).all()}  # fmt: skip

@@ -129,11 +129,7 @@ def track_hours(frames: Iterator[ReplayFrame], hours: float, config: Config) -> 
 
 @dataclass
 class _Log:
-    """Frames of one hour.
-
-    Attributes:
-        last: The frame before them.
-    """
+    """Frames of one hour."""
 
     last: ReplayFrame
     way: float = 0.0

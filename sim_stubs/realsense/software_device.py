@@ -170,11 +170,7 @@ class SoftwareD435i:
         self._push_motion("accel", self._accel_profile, force, stamp)
 
     def plug_in(self, context: Any = None) -> Any:
-        """Add the camera to an `rs.context`; to a new one if none is given.
-
-        Returns:
-            The context.
-        """
+        """Add the camera to an `rs.context`; to a new one if none is given."""
         if context is None:
             context = rs.context()
             # The context itself would forget the device at once; the list of arrivals keeps it.

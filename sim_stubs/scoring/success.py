@@ -36,12 +36,7 @@ WALL = 0.05
 
 @dataclass
 class GoalScorer:
-    """An observer that scores each goal where the robot stopped, from the world's truth.
-
-    Attributes:
-        world: The simulated world, which the robot never sees whole.
-        verdicts: One for each goal so far.
-    """
+    """An observer that scores each goal where the robot stopped, from the world's truth."""
 
     world: World
     verdicts: list[Verdict] = field(default_factory=list)

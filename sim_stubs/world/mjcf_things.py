@@ -52,12 +52,7 @@ def read_labels(path: Path) -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A body or geom that is an instance.
-
-    Attributes:
-        name: Its name in the file.
-        label: The class that it is an instance of.
-    """
+    """A body or geom that is an instance."""
 
     name: str
     label: str
@@ -73,11 +68,6 @@ class Things:
 
 def named_things(model: mujoco.MjModel, labels: Mapping[str, str], world: str) -> Things:
     """What is an instance: bodies named `label#n`, and what `labels` names, bodies before geoms.
-
-    Args:
-        model: The file.
-        labels: Labels by the name of a body or geom.
-        world: What the file is called in an error.
 
     Raises:
         ConfigError: no body or geom has one of the names.

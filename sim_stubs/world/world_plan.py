@@ -36,12 +36,7 @@ class WorldPlan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HouseShape:
-    """What the shape of a house does to a robot in it.
-
-    Attributes:
-        touch: Where the robot touches something.
-        visibility: What the walls hide from its camera.
-    """
+    """What the shape of a house does to a robot in it."""
 
     touch: ContactMap
     visibility: Visibility

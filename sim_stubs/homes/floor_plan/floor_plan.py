@@ -79,12 +79,7 @@ class FloorPlan:
 
 
 def floor_plan(rng: Random, held_out: bool) -> FloorPlan | None:
-    """A home of 5 to 9 rooms, all reached through doorways; None where TRIALS give none.
-
-    Args:
-        rng: Source of all draws.
-        held_out: Whether floors, walls and views are those of held-out homes.
-    """
+    """A home of 5 to 9 rooms, all reached through doorways; None where TRIALS give none."""
     plans = (_drawn(rng, held_out) for _ in range(TRIALS))
     return next((plan for plan in plans if plan is not None), None)
 

@@ -40,14 +40,7 @@ TRIES = 60
 
 
 class RoomLayout:
-    """One room as it is being furnished.
-
-    Attributes:
-        room: Floor of the room.
-        windows: Openings with a sill, and the direction that each one's wall faces.
-        instances: Pieces in the room so far.
-        rng: Source of the places.
-    """
+    """One room as it is being furnished."""
 
     def __init__(
         self,

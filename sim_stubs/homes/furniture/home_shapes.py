@@ -43,12 +43,7 @@ class HomeShapes:
     """
 
     def __init__(self, seed: int, draw: int) -> None:
-        """Begin with number 0 of every class.
-
-        Args:
-            seed: The home, from `FIRST_IN_TURN` on.
-            draw: Number of the draw of the home.
-        """
+        """Begin with number 0 of every class."""
         self._range = "development" if seed in DEVELOPMENT else "boards"
         self._seed, self._draw = seed, draw
         self._drawn = Counter[str]()

@@ -45,11 +45,6 @@ from vizbot.core.errors import ConfigError
 def piece(label: str, rng: np.random.Generator, held_out: bool = False) -> Piece:
     """One model of the class `label`, whose looks `rng` draws; its name holds its material.
 
-    Args:
-        label: One of `SHAPES`.
-        rng: Draws form, colours and textures.
-        held_out: Whether the textures are those of held-out homes.
-
     Raises:
         ConfigError: there is no shape for `label`.
     """
