@@ -11,8 +11,8 @@ from benchmarks.claims.readme_table import with_table
 from benchmarks.faults.page import faults_page
 from benchmarks.objectnav.others_page import others_page
 from benchmarks.objectnav.search_page import search_page
-from benchmarks.planner.page import planner_page
-from benchmarks.questions.page import questions_page
+from benchmarks.planner.bench import planner_page
+from benchmarks.questions.bench import questions_page
 from benchmarks.slam.page import slam_page
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole

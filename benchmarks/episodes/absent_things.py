@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.episodes.calibration_error import CalibrationError
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import Episode
+from benchmarks.episodes.episode import EncoderScale, Episode
 from benchmarks.episodes.exploration import explored_map
 from benchmarks.episodes.homes import house_of, open_benchmark_home
 from benchmarks.episodes.other_encoders import OtherEncoder

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 from zlib import crc32
 
-from benchmarks.episodes.encoder_scale import EncoderScale
 from sim_stubs.world.world_spec import seed_of
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
+
+EncoderScale = Literal["clip", "offset", "unknown"]
+"""`clip`: scaled and shifted to those of ViT-L/14; `offset`: that, with offsets and errors;
+`unknown`: those of `clip`, of an encoder that does not tell its scale and bias."""
 
 
 @dataclass(frozen=True, slots=True)

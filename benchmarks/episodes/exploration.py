@@ -13,8 +13,13 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from benchmarks.episodes.calibration_error import CalibrationError
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import BelievedAnswer, Episode, ExplorationResult, QueryResult
+from benchmarks.episodes.episode import (
+    BelievedAnswer,
+    EncoderScale,
+    Episode,
+    ExplorationResult,
+    QueryResult,
+)
 from benchmarks.episodes.homes import open_benchmark_home
 from benchmarks.episodes.latency import Latencies, slow_devices
 from benchmarks.episodes.other_encoders import OtherEncoder

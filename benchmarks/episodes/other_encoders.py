@@ -17,7 +17,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.episodes.encoder_scale import EncoderScale
+from benchmarks.episodes.episode import EncoderScale
 from mapping.clip.reading import Reading
 from mapping.clip.scores import Background
 from mapping.map_bundle import MapBundle

@@ -7,8 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.ablations.ablation import ABLATIONS
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import Episode, EpisodeResult, Home, HomeGoals, Variant
+from benchmarks.episodes.episode import (
+    EncoderScale,
+    Episode,
+    EpisodeResult,
+    Home,
+    HomeGoals,
+    Variant,
+)
 from benchmarks.episodes.homes import survey
 from benchmarks.episodes.run import run_episode
 from benchmarks.harness.fingerprint import Fingerprint

@@ -18,8 +18,7 @@ from benchmarks.episodes.absent_things import (
     absent_episodes,
     ask_home,
 )
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import EpisodeResult, GoalResult, Variant
+from benchmarks.episodes.episode import EncoderScale, EpisodeResult, GoalResult, Variant
 from benchmarks.harness.bench_plan import (
     ENCODER_ROWS,
     SEARCHED,

@@ -7,8 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import ExplorationResult, QueryResult, Variant
+from benchmarks.episodes.episode import EncoderScale, ExplorationResult, QueryResult, Variant
 from benchmarks.episodes.exploration import SCALE_SETS, HomeToAsk, explore_and_ask
 from benchmarks.harness.bench_plan import (
     ENCODER_ROWS,

@@ -4,8 +4,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from sim_stubs.homes.floor_plan.checks import all_reached, away_from, free_spots
-from sim_stubs.homes.floor_plan.floor_plan import floor_plan
+from sim_stubs.homes.floor_plan.floor_plan import all_reached, away_from, floor_plan, free_spots
 from sim_stubs.homes.floor_plan.room_layout import room_layout
 from sim_stubs.homes.floor_plan.room_openings import Stretch, doorway, wide_passage
 from sim_stubs.homes.floor_plan.room_rectangle import AREAS, NARROWEST, WALL, Rectangle

@@ -10,8 +10,9 @@ import numpy as np
 
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Part, Piece
 from sim_stubs.homes.geometry.solids import (
+    Part,
+    Piece,
     Surface,
     box,
     by_material,

@@ -17,8 +17,7 @@ from sim_stubs.homes.geometry.bounding_block import (
     facing_of,
 )
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.homes.geometry.solids import Piece, triangles
 
 
 def at_same_wall(

@@ -26,7 +26,7 @@ from sim_stubs.homes.geometry.bounding_block import (
 )
 from sim_stubs.homes.geometry.free_space import DRIVEN_OVER, PASSAGE, ROBOT_HEIGHT
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import Piece
 from vizbot.core.distance import distance_to_zero
 
 GAP = 0.03

@@ -22,7 +22,7 @@ from sim_stubs.homes.furniture.fitting import fitted
 from sim_stubs.homes.furniture.sampler import ModelSampler
 from sim_stubs.homes.geometry.bounding_block import facing_of
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import Piece
 
 Random = np.random.Generator
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from sim_stubs.homes.furniture import cache as piece_cache
 from sim_stubs.homes.furniture.classes import CLASSES, classes_of
-from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import Piece
 from vizbot.core.errors import ConfigError
 
 if TYPE_CHECKING:

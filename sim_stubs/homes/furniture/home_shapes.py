@@ -18,7 +18,7 @@ from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.furniture.fitting import Source
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import Piece
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import EVALUATION_CLASSES, kinds
 

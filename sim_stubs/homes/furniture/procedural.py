@@ -29,16 +29,13 @@ from sim_stubs.homes.furniture.shapes import (
     beds,
     chairs,
     cupboards,
-    kitchen,
     sanitary,
-    seats,
     sofas,
     tables,
     windows,
 )
 from sim_stubs.homes.furniture.shapes.materials import Random, Shape, pick
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import by_material, moved_part, stretched, triangles
+from sim_stubs.homes.geometry.solids import Piece, by_material, moved_part, stretched, triangles
 from vizbot.core.errors import ConfigError
 
 
@@ -82,7 +79,7 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "bathtub": baths.bathtub,
     "beanbag": sofas.beanbag,
     "bed": beds.bed,
-    "bench": seats.bench,
+    "bench": chairs.bench,
     "bicycle": vehicles.bicycle,
     "bidet": sanitary.bidet,
     "bookshelf": cupboards.bookshelf,
@@ -123,15 +120,15 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "guitar": instruments.guitar,
     "high chair": vehicles.high_chair,
     "ironing board": household_items.ironing_board,
-    "kitchen cabinet": kitchen.kitchen_cabinet,
-    "kitchen island": kitchen.kitchen_island,
+    "kitchen cabinet": cupboards.kitchen_cabinet,
+    "kitchen island": cupboards.kitchen_island,
     "ladder": household_items.ladder,
     "laptop": devices.laptop,
     "laundry basket": baskets.laundry_basket,
     "microwave": appliances.microwave,
     "mirror": ornaments.mirror,
     "nightstand": cupboards.nightstand,
-    "office chair": seats.office_chair,
+    "office chair": chairs.office_chair,
     "oven": appliances.oven,
     "piano": instruments.piano,
     "picture": ornaments.picture,
@@ -140,7 +137,7 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "printer": devices.printer,
     "pushchair": vehicles.pushchair,
     "radiator": climate.radiator,
-    "range hood": kitchen.range_hood,
+    "range hood": cupboards.range_hood,
     "refrigerator": appliances.refrigerator,
     "rocking horse": ornaments.rocking_horse,
     "shelf": cupboards.shelf,
@@ -150,7 +147,7 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "sofa": sofas.sofa,
     "speaker": devices.speaker,
     "stairs": _stairs,
-    "stool": seats.stool,
+    "stool": chairs.stool,
     "suitcase": baskets.suitcase,
     "table": tables.any_table,
     "table lamp": lights.table_lamp,
@@ -165,7 +162,7 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "urinal": sanitary.urinal,
     "vacuum cleaner": household_items.vacuum_cleaner,
     "vase": plants.vase,
-    "wall cabinet": kitchen.wall_cabinet,
+    "wall cabinet": cupboards.wall_cabinet,
     "wardrobe": cupboards.wardrobe,
     "washing machine": appliances.washing_machine,
     "water cooler": climate.water_cooler,

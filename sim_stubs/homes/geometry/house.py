@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.mirror import Mirror
-from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import moved_part
+from sim_stubs.homes.geometry.solids import Part, Piece, moved_part
 from vizbot.core.geometry import planar
 from vizbot.core.types import SE3
 

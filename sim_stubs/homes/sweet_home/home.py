@@ -22,8 +22,7 @@ from sim_stubs.homes.furniture.classes import CLASSES
 from sim_stubs.homes.geometry.extent import require_home_sized
 from sim_stubs.homes.geometry.free_space import PASSAGE, FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance, Room
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import by_material
+from sim_stubs.homes.geometry.solids import Piece, by_material
 from sim_stubs.homes.sweet_home.archive import HomeFile, open_home_file
 from sim_stubs.homes.sweet_home.models import Opening, load_listed
 from sim_stubs.homes.sweet_home.plan import (

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from sim_stubs.homes.geometry.house import Room
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import WHITE
+from sim_stubs.homes.geometry.solids import WHITE, Part
 from sim_stubs.homes.sweet_home.plan import plain_name
 from sim_stubs.homes.sweet_home.walls import WallFinish
 from vizbot.core.home_vocabulary import class_of

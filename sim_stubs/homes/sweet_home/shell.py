@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 
 from sim_stubs.homes.geometry.house import Room
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import flat_panel
+from sim_stubs.homes.geometry.solids import Part, flat_panel
 from sim_stubs.homes.sweet_home.archive import HomeFile
 from sim_stubs.homes.sweet_home.plan import ListedPiece, SurfaceStyle, look, metres, point
 from sim_stubs.homes.sweet_home.rooms import level_face

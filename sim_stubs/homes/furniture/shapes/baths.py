@@ -32,8 +32,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     shade,
 )
 from sim_stubs.homes.furniture.shapes.sanitary import BASIN
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cushion, cylinder
 
 
 def bathtub(rng: Random) -> Shape:

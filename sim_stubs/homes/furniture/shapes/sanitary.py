@@ -34,8 +34,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     shade,
     wood_or_paint,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder, stretched
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cushion, cylinder, stretched
 
 BASIN = (0.70, 0.73, 0.76)
 """The shaded inside of white basins."""
