@@ -31,8 +31,13 @@ from training.batch_texts import draw_texts, truth_of
 from training.captions.captions import draw_captions, draw_negatives
 from training.captions.facts import FACT_INDEX, FACTS, Facts
 from training.evaluation import embed
-from training.export import export_model
-from training.text_stage import TextStageConfig, embedded, part_of_rate, train_text_tower
+from training.text_stage import (
+    TextStageConfig,
+    embedded,
+    export_model,
+    part_of_rate,
+    train_text_tower,
+)
 from training.views import LabelledPatches, take_all
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import EVALUATION_CLASSES

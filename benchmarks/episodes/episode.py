@@ -99,7 +99,7 @@ class GoalResult:
         said_seen: Share of the floor that the robot then said that it had seen, 0 to 1; None where
             it did not know, and in results of before it was kept.
         truly_seen: Share that it had seen; None likewise.
-        stuck: Whether it failed and stood still, as `benchmarks.episodes.standstill` says; None
+        stuck: Whether it failed and stood still, by `is_stuck` of `benchmarks.episodes.run`; None
             in results of before it was kept.
     """
 

@@ -28,7 +28,6 @@ from benchmarks.episodes.homes import open_episode
 from benchmarks.episodes.latency import Latencies, slow_devices
 from benchmarks.episodes.oracles import AtOnce, OracleParts, oracle_parts
 from benchmarks.episodes.other_encoders import OtherEncoder
-from benchmarks.episodes.standstill import is_stuck
 from mapping.trajectory_error import absolute_trajectory_error
 from nav.frontier import FrontierSearch
 from sim_stubs.homes.geometry.occupancy_slice import reachable
@@ -50,8 +49,36 @@ from vizbot.rig import open_encoder
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
 
+LAST = 100
+"""Number of steps before the limit of steps in which a robot that gets on gets somewhere."""
+RADIUS = 0.5
+"""Radius of the circle that it then has left [m]."""
 log = logging.getLogger(__name__)
 _TRACK_SPACING = 0.15
+
+
+def is_stuck(outcome: Outcome | None, *, at_limit: bool, xy: NDArray[np.float64]) -> bool:
+    """Whether a search that failed was stuck.
+
+    It was where the robot says so itself, and where the limit of steps ended it in a place.
+
+    Args:
+        outcome: How the robot ended it; None after an error, which is no standstill.
+        at_limit: Whether the limit of steps ended it.
+        xy: True positions (N, 2) at its steps, the last of them where it ended [m].
+    """
+    if outcome is Outcome.STUCK:
+        return True
+    if not at_limit or outcome is None or len(xy) <= LAST:
+        return False
+    return enclosing_radius(xy[-LAST - 1 :]) <= RADIUS
+
+
+def enclosing_radius(xy: NDArray[np.float64]) -> float:
+    """Radius of the smallest circle around points (N, 2), of which there is one at least [m]."""
+    near = (xy - xy[0]).astype(np.float32)  # far from the origin, single precision is too little
+    _, radius = cv2.minEnclosingCircle(near)
+    return float(radius)
 
 
 class SeenFloor:

@@ -21,6 +21,7 @@ import typer
 from numpy.typing import NDArray
 
 from benchmarks.episodes.run import encoder_of
+from benchmarks.fast_world.places import are_true, true_places
 from benchmarks.fast_world.views import HEADINGS, View, pose_of
 from benchmarks.fast_world.walk import FastHome
 from benchmarks.harness.bench_plan import UNATTENDED
@@ -32,7 +33,6 @@ from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Background, Query
 from mapping.clip.weights import FILE, Weights
 from sim_stubs.scoring.goals import GOALS
-from sim_stubs.scoring.places import are_true, true_places
 from vizbot.core.geometry import transform
 from vizbot.operator.printing import echo
 

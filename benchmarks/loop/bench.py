@@ -20,10 +20,9 @@ from benchmarks.harness.bench_plan import BenchResult
 from benchmarks.harness.fingerprint import commit, hardware
 from benchmarks.harness.reference_kernel import DESCRIPTION, reference_ms
 from benchmarks.harness.tables import markdown_table
-from benchmarks.loop.rehearsal import Rehearsal, rehearse, rival
+from benchmarks.loop.rehearsal import HERE, Rehearsal, Tree, checked_out, rehearse, rival
 from benchmarks.loop.startup import measure_startup
 from benchmarks.loop.ticks import Ticks, TimedDrive, read_ticks
-from benchmarks.loop.tree import HERE, Tree, checked_out
 from benchmarks.loop.waits import PEACE, WaitingDrive, Waits, read_waits
 from vizbot.core.errors import VizbotError
 from vizbot.core.program.threads import keep_a_core_free, let_threads_sleep

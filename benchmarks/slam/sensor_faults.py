@@ -1,7 +1,7 @@
 """Faults of sensors, put into a recording while it is replayed.
 
-A white wall close before the camera has uneven light, a shadow, a switch and a skirting board. Frame
-`wall` is the camera's where the wall was put up: the wall is its plane z = `DISTANCE`.
+A white wall close before the camera has uneven light, a shadow, a switch and a skirting board.
+Frame `wall` is the camera's where the wall was put up: the wall is its plane z = `DISTANCE`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Errors of a D435i's colour and depth; those of depth are noise, steps, holes, bleeding, limited range.
+"""Errors of a D435i's colours, and of its depth: noise, steps, holes, bleeding, limited range.
 
 Stereo measures disparity d = f B / z, so an error of disparity grows in depth with z^2 / (f B)
 (Intel, "Best-Known-Methods for Tuning Intel RealSense D400 Depth Cameras", section on depth RMS).

@@ -3,8 +3,8 @@
 Plugged into a context it is opened like a camera; recorded, it gives a `.db3` that any RealSense
 program plays.
 
-A `.db3` is a rosbag2 database: a table of topics and one of messages, with times in nanoseconds. The
-SDK's recorder leaves out some metadata of a software device.
+A `.db3` is a rosbag2 database: a table of topics and one of messages, with times in nanoseconds.
+The SDK's recorder leaves out some metadata of a software device.
 """
 
 from __future__ import annotations

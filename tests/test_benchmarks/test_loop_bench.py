@@ -12,10 +12,17 @@ import pytest
 from benchmarks.harness.fingerprint import ROOT
 from benchmarks.loop import bench, rehearsal, stages
 from benchmarks.loop.bench import longest_over_p95
-from benchmarks.loop.rehearsal import PrintedStep, mean_tick, processor_time, rehearse, rival
+from benchmarks.loop.rehearsal import (
+    PrintedStep,
+    Tree,
+    checked_out,
+    mean_tick,
+    processor_time,
+    rehearse,
+    rival,
+)
 from benchmarks.loop.stages import StageTimer
 from benchmarks.loop.ticks import Ticks, blown_up
-from benchmarks.loop.tree import Tree, checked_out
 from benchmarks.loop.waits import DIMENSION, SpanTimer, Waits, widened
 from mapping.clip.likeliest_places import belief_of_map
 from mapping.clip.place_rows import PlaceMap

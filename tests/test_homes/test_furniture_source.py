@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from sim_stubs.homes.furniture.appearance import appearance
-from sim_stubs.homes.furniture.catalogue import instances, load_model, read_catalogue
-from sim_stubs.homes.furniture.classes import CLASSES
+from sim_stubs.homes.furniture.catalogue import CLASSES, instances, load_model, read_catalogue
 from sim_stubs.homes.furniture.procedural import SHAPES
 from sim_stubs.homes.furniture.source import (
     CEILING,

@@ -13,8 +13,7 @@ from training.augmentation import augmented, swap_channels
 from training.batch_texts import draw_texts, truth_of
 from training.captions.captions import Caption, target
 from training.captions.facts import FACT_INDEX, Facts
-from training.export import export_model
-from training.text_stage import TextStageConfig, train_text_tower
+from training.text_stage import TextStageConfig, export_model, train_text_tower
 from training.training import (
     VOCABULARY,
     PatchPool,

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.floor_plan.room_layout import room_layout
+from sim_stubs.homes.floor_plan.room_layout import Rectangle, room_layout
 from sim_stubs.homes.floor_plan.room_openings import (
     doorway,
     outer_door,
@@ -21,7 +21,6 @@ from sim_stubs.homes.floor_plan.room_openings import (
     wide_passage,
     windows,
 )
-from sim_stubs.homes.floor_plan.room_rectangle import Rectangle
 from sim_stubs.homes.floor_plan.stairs import (
     StairChoice,
     Stairs,

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from sim_stubs.homes.floor_plan.room_rectangle import Rectangle
+from sim_stubs.homes.floor_plan.room_layout import Rectangle
 
 YAWS = {"S": 0.0, "E": pi / 2, "N": pi, "W": -pi / 2}
 """Yaw of a piece whose front looks that way [rad]."""

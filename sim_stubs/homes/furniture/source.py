@@ -22,8 +22,7 @@ from numpy.typing import NDArray
 
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.furniture.appearance import mean_colour
-from sim_stubs.homes.furniture.catalogue import Entry, instances, load_model
-from sim_stubs.homes.furniture.classes import CLASSES
+from sim_stubs.homes.furniture.catalogue import CLASSES, Entry, instances, load_model
 from sim_stubs.homes.furniture.fitting import Source
 from sim_stubs.homes.furniture.procedural import SHAPES
 from sim_stubs.homes.geometry.solids import Part, Piece, moved_part

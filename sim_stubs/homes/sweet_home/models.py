@@ -24,9 +24,8 @@ from sim_stubs.homes.furniture import cache as piece_cache
 from sim_stubs.homes.furniture.conversion import convert
 from sim_stubs.homes.furniture.wavefront import Material, read_mtl
 from sim_stubs.homes.geometry.solids import Part, Piece, box, flat_panel, moved_part, triangles
-from sim_stubs.homes.sweet_home.archive import HomeFile
 from sim_stubs.homes.sweet_home.materials import DEFAULT_MATERIALS
-from sim_stubs.homes.sweet_home.plan import ListedPiece, SurfaceStyle
+from sim_stubs.homes.sweet_home.plan import HomeFile, ListedPiece, SurfaceStyle
 from sim_stubs.homes.textures.surfaces import finish
 from vizbot.core.errors import ConfigError
 
