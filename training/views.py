@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from mapping.clip.embedded.encoder import to_pixels
 from sim_stubs.homes.furniture.appearance import mean_colour
-from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.geometry.solids import Piece
 from sim_stubs.homes.home import HELD_OUT, home
 from sim_stubs.realsense.config import ColourNoiseConfig

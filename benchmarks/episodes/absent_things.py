@@ -17,8 +17,7 @@ from benchmarks.episodes.other_encoders import OtherEncoder
 from benchmarks.episodes.run import encoder_of
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.start_pose import things_named
-from sim_stubs.scoring.goals import goals_of
-from sim_stubs.scoring.success import precise
+from sim_stubs.scoring.success import goals_of, precise
 from vizbot.config import Config
 from vizbot.core.geometry import transform
 from vizbot.core.observer import Outcome

@@ -32,8 +32,7 @@ from mapping.clip.place_rows import PlaceMap, PlaceRows
 from mapping.clip.retrieval import similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
-from sim_stubs.scoring.goals import GOALS, goals_of
-from sim_stubs.scoring.success import precise
+from sim_stubs.scoring.success import GOALS, goals_of, precise
 from sim_stubs.world.world import World
 from vizbot.config import Config
 from vizbot.core.errors import MapError

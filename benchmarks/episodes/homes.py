@@ -13,8 +13,7 @@ from benchmarks.episodes.episode import Episode, Home, HomeGoals, seed_of_home
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import start_for
-from sim_stubs.scoring.goals import goals_of
-from sim_stubs.scoring.success import instances_of
+from sim_stubs.scoring.success import goals_of, instances_of
 from sim_stubs.world.bare import bare
 from sim_stubs.world.world import World
 from sim_stubs.world.world_file import read_world

@@ -32,7 +32,7 @@ from mapping.clip.footprint import PLACE
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Background, Query
 from mapping.clip.weights import FILE, Weights
-from sim_stubs.scoring.goals import GOALS
+from sim_stubs.scoring.success import GOALS
 from vizbot.core.geometry import transform
 from vizbot.operator.printing import echo
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from benchmarks.episodes.episode import EpisodeResult, GoalResult, Home
-from sim_stubs.scoring.goals import IN_COCO
+from sim_stubs.scoring.success import IN_COCO
 
 _Z = 1.959964
 """Half width of the middle 95 % of a normal distribution, in standard deviations."""

@@ -35,7 +35,7 @@ from benchmarks.harness.workers import in_parallel
 from benchmarks.objectnav import paper_figures
 from benchmarks.objectnav.scale_comparison import ScaleComparison
 from benchmarks.objectnav.single_goal import with_scales
-from sim_stubs.scoring.goals import IN_COCO
+from sim_stubs.scoring.success import IN_COCO
 from vizbot.config import Config
 
 NAME = "retrieval"

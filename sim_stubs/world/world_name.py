@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.home import home_and_space, notice_of
 from sim_stubs.homes.start_pose import start_for, things_named
 from sim_stubs.world.body import Outline

@@ -24,8 +24,8 @@ from sim_stubs.homes.geometry.bounding_block import (
     centred,
     wall_span,
 )
-from sim_stubs.homes.geometry.free_space import DRIVEN_OVER, PASSAGE, ROBOT_HEIGHT
 from sim_stubs.homes.geometry.house import Instance
+from sim_stubs.homes.geometry.occupancy_slice import DRIVEN_OVER, PASSAGE, ROBOT_HEIGHT
 from sim_stubs.homes.geometry.solids import Piece
 from vizbot.core.distance import distance_to_zero
 
