@@ -28,16 +28,9 @@ from mapping.clip.embedded.word_table import looked_up
 from mapping.clip.encoder import ClipEncoder
 from training.captions.captions import target
 from training.captions.facts import FACT_INDEX, Facts
-from training.captions.held_out_questions import (
-    WITHHELD_COMBINATIONS,
-    Question,
-)
+from training.captions.held_out_questions import WITHHELD_COMBINATIONS, Question
 from training.captions.phrasing import WITHHELD_PHRASINGS
-from training.captions.spoken_phrasing import (
-    TRAINED_SPOKEN,
-    WITHHELD_SPOKEN,
-    spoken,
-)
+from training.captions.spoken_phrasing import TRAINED_SPOKEN, WITHHELD_SPOKEN, spoken
 from training.captions.synonyms import WITHHELD_SYNONYMS
 from training.captions.unrelated_words import HELD_OUT_WORDS
 from training.views import LabelledPatches, take_all

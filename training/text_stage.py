@@ -29,13 +29,7 @@ from torch.nn.attention import SDPBackend, sdpa_kernel
 
 from mapping.clip.embedded.encoder import load_embedded_clip, to_ids
 from mapping.clip.embedded.towers import Clip, TextTower
-from training.spoken_texts import (
-    TextPair,
-    draw_kept,
-    draw_spoken,
-    draw_unrelated,
-    trained_words,
-)
+from training.spoken_texts import TextPair, draw_kept, draw_spoken, draw_unrelated, trained_words
 from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
 

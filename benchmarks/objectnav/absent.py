@@ -12,12 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.episodes.absent_things import (
-    HomeQuestions,
-    ThingAnswer,
-    absent_episodes,
-    ask_home,
-)
+from benchmarks.episodes.absent_things import HomeQuestions, ThingAnswer, absent_episodes, ask_home
 from benchmarks.episodes.episode import EncoderScale, EpisodeResult, GoalResult, Variant
 from benchmarks.harness.bench_plan import (
     ENCODER_ROWS,

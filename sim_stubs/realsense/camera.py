@@ -12,10 +12,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.realsense.config import (
-    InertialConfig,
-    SimulatedRealSenseConfig,
-)
+from sim_stubs.realsense.config import InertialConfig, SimulatedRealSenseConfig
 from sim_stubs.realsense.depth_noise import AutoExposure, noisy_colour, noisy_depth
 from sim_stubs.world.world import World
 from vizbot.core.errors import DeviceError, DeviceTimeoutError

@@ -17,13 +17,7 @@ import numpy as np
 
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, before_opening, wall_of
-from sim_stubs.homes.geometry.bounding_block import (
-    FACING,
-    Block,
-    at_wall,
-    centred,
-    wall_span,
-)
+from sim_stubs.homes.geometry.bounding_block import FACING, Block, at_wall, centred, wall_span
 from sim_stubs.homes.geometry.house import Instance
 from sim_stubs.homes.geometry.occupancy_slice import DRIVEN_OVER, PASSAGE, ROBOT_HEIGHT
 from sim_stubs.homes.geometry.solids import Piece
