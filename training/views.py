@@ -32,7 +32,7 @@ from sim_stubs.realsense.config import ColourNoiseConfig
 from sim_stubs.realsense.depth_noise import AutoExposure, noisy_colour
 from sim_stubs.world.lighting import Lighting
 from sim_stubs.world.renderer import Renderer
-from sim_stubs.world.world_file import D435I_COLOUR
+from sim_stubs.world.world_plan import D435I_COLOUR
 from training.captions.facts import FACTS_DIGEST, Facts
 from training.captions.house_facts import HouseFacts
 from training.captions.patch_facts import seen

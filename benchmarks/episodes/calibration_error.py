@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.episodes.episode import Episode, seed_of_home
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.world.world import World
-from sim_stubs.world.world_file import D435I_COLOUR
+from sim_stubs.world.world_plan import D435I_COLOUR
 from vizbot.config import Config
 from vizbot.core.types import SE3, Intrinsics
 from vizbot.rehearsal.config import RehearsalConfig

@@ -20,7 +20,7 @@ from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.world.body import Contacts
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.lighting import Lighting
-from sim_stubs.world.world_file import D435I_COLOUR, HouseShape, WorldPlan
+from sim_stubs.world.world_plan import D435I_COLOUR, HouseShape, WorldPlan
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import camera_mount, planar, yaw_of
 from vizbot.core.types import SE3, Intrinsics

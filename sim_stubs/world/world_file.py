@@ -12,63 +12,19 @@ import resource
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
 
 from sim_stubs.homes.geometry.house import House
-from sim_stubs.world.body import Outline
-from sim_stubs.world.contact_map import ContactMap
 from sim_stubs.world.world_spec import MJCF, require_world
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.program.interpreter import end_when_left, interpreter_command
 from vizbot.core.program.log_records import LogRecords
-from vizbot.core.types import Intrinsics
 
-if TYPE_CHECKING:  # its module loads numba, for which the drawing of a home is not to wait
-    from sim_stubs.world.visibility import Visibility
-
-D435I_COLOUR = Intrinsics(640, 480, 617.0, 617.0, 319.5, 239.5)
-"""A D435i's colour camera at 640x480, without distortion."""
 _PROCESSOR, _MEMORY = 20, 2_000_000_000
 """Most processor time [s] and memory [bytes] to read a world; homes by others take a tenth."""
 _WAITING = 40.0
 """Longest time to read a world [s], which may wait for a pipe and take no processor."""
 _REMEDY = "save it again in the program that made it, or give another one"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WorldPlan:
-    """A house that a robot is to be put into.
-
-    Attributes:
-        house: The house, with the start.
-        seed: Seed of all noise.
-        notice: Lines about the world for the user; may be empty.
-        start_is_asked: Whether the start is where a user wants the robot.
-    """
-
-    house: House
-    seed: int
-    notice: str
-    start_is_asked: bool
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class HouseShape:
-    """What the shape of a house does to a robot in it."""
-
-    touch: ContactMap
-    visibility: Visibility
-
-    @classmethod
-    def for_robot(
-        cls, house: House, outline: Outline, intrinsics: Intrinsics = D435I_COLOUR
-    ) -> Self:
-        """Work it out for a robot with this outline and camera."""
-        from sim_stubs.world.visibility import Visibility
-
-        return cls(ContactMap(house, outline), Visibility.in_house(house, intrinsics))
 
 
 def read_world(

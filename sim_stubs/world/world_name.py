@@ -20,7 +20,7 @@ from sim_stubs.homes.home import home_and_space, notice_of
 from sim_stubs.homes.start_pose import start_for, things_named
 from sim_stubs.world.body import Outline
 from sim_stubs.world.contact_map import ContactMap
-from sim_stubs.world.world_file import HouseShape, WorldPlan
+from sim_stubs.world.world_plan import HouseShape, WorldPlan
 from sim_stubs.world.world_spec import MJCF, OFFICE, is_bare, require_world, seed_of
 from vizbot.core.errors import ConfigError
 from vizbot.core.types import SE3

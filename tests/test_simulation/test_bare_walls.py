@@ -17,8 +17,8 @@ from sim_stubs.world.bare import bare
 from sim_stubs.world.contact_map import ContactMap
 from sim_stubs.world.renderer import Renderer
 from sim_stubs.world.world import MOUNT
-from sim_stubs.world.world_file import D435I_COLOUR
 from sim_stubs.world.world_name import plan_world
+from sim_stubs.world.world_plan import D435I_COLOUR
 from sim_stubs.world.world_spec import is_bare, require_world, seed_of
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError

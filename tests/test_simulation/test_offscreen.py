@@ -12,7 +12,7 @@ from sim_stubs.world.lighting import Lighting, lamp_weights
 from sim_stubs.world.renderer import Renderer
 from sim_stubs.world.visibility import opaque_walls
 from sim_stubs.world.world import MOUNT
-from sim_stubs.world.world_file import D435I_COLOUR
+from sim_stubs.world.world_plan import D435I_COLOUR
 from vizbot.core.geometry import planar
 
 GREY = (0.5, 0.5, 0.5)

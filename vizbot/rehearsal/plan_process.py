@@ -16,7 +16,7 @@ from sim_stubs.world.body import Outline
 from vizbot.core.program.interpreter import end_when_left
 
 if TYPE_CHECKING:  # its module loads what the other process is there for
-    from sim_stubs.world.world_file import HouseShape, WorldPlan
+    from sim_stubs.world.world_plan import HouseShape, WorldPlan
 
 
 _PIPE = 1 << 20

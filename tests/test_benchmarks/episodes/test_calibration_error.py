@@ -15,7 +15,7 @@ from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.world.world import World
-from sim_stubs.world.world_file import D435I_COLOUR
+from sim_stubs.world.world_plan import D435I_COLOUR
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
 from vizbot.core.simulated_clock import SimulatedClock
