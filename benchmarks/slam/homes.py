@@ -20,8 +20,9 @@ from benchmarks.harness.fingerprint import Fingerprint, key_of_settings, key_of_
 from benchmarks.harness.store import Store
 from benchmarks.harness.workers import in_parallel
 from benchmarks.slam.lap_scores import LapResult, laps_result
-from benchmarks.slam.laps import LapConfig, ReplayFrame, record_laps, replay
+from benchmarks.slam.laps import LapConfig, record_laps
 from benchmarks.slam.relocalisation import StartResult, random_starts
+from benchmarks.slam.replays import ReplayFrame, replay
 from benchmarks.slam.sensor_faults import (
     Fault,
     Span,

@@ -19,7 +19,8 @@ from benchmarks.harness.fingerprint import Fingerprint, key_of_settings, key_of_
 from benchmarks.harness.store import Store
 from benchmarks.harness.tables import markdown_table
 from benchmarks.slam.homes import TRACKED_BY, recording_folder
-from benchmarks.slam.laps import LapConfig, ReplayFrame, record_laps, to_and_fro
+from benchmarks.slam.laps import LapConfig, record_laps
+from benchmarks.slam.replays import ReplayFrame, to_and_fro
 from mapping.slam.slam import Slam
 from vizbot.config import Config
 from vizbot.core.geometry import invert

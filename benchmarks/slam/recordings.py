@@ -5,12 +5,11 @@ from __future__ import annotations
 import itertools
 import json
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
@@ -18,6 +17,7 @@ from rich.console import Console
 from benchmarks.harness.bench_plan import BenchResult
 from benchmarks.harness.fingerprint import commit, hardware
 from benchmarks.harness.reference_kernel import reference_ms
+from benchmarks.slam.drawing import Path2D, draw_paths
 from benchmarks.slam.frame_to_frame import (
     MAX_DEPTH,
     feature_odometry,
@@ -40,18 +40,18 @@ from benchmarks.slam.sequence_scores import (
 )
 from drivers.tum_sequence import RecordedSequence
 from mapping.slam.config import SlamConfig
-from mapping.trajectory_error import MAX_GAP, align, associate
+from mapping.trajectory_error import (
+    MAX_GAP,
+    associate,
+)
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.types import Intrinsics, RGBDFrame
 from vizbot.perception.first_frames import FirstFrames
 
-_COLOURS = (
-    (40, 40, 46), (215, 40, 35), (30, 80, 220), (20, 150, 60), (200, 130, 0), (140, 60, 170),
-)  # fmt: skip
-_SIZE, _MARGIN, _LINE = 900, 50, 26
 __all__ = ["NAME", "RESULTS", "RUNS", "SlamBench", "run_slam", "track_sequence"]
+
 RESULTS = "results.json"
 """File of the rows, beside the trajectories."""
 RUNS = 5
@@ -199,49 +199,3 @@ def _write(bench: SlamBench, results: dict[str, Tracked], reference: Poses | Non
 
 def _pace(tracked: Tracked) -> str:
     return f"{tracked.matched.mean():.1%} tracked, {tracked.times_ms.mean():.1f} ms a frame"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Path2D:
-    """A trajectory with a name, stamps (N,) [s] and poses (N, 4, 4)."""
-
-    name: str
-    stamps: NDArray[np.float64]
-    Ts_map_cam: NDArray[np.float64]
-
-
-def draw_paths(paths: Sequence[Path2D]) -> bytes:
-    """Draw paths as a PNG, each aligned to the first one.
-
-    The first path alone sets the scale, and the others may leave the picture.
-    """
-    first = paths[0]
-    centre = first.Ts_map_cam[:, :3, 3].mean(axis=0)
-    _, _, axes = np.linalg.svd(first.Ts_map_cam[:, :3, 3] - centre, full_matrices=False)
-    flat = (first.Ts_map_cam[:, :3, 3] - centre) @ axes[:2].T
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    scale = (_SIZE - 2 * _MARGIN) / max(float((high - low).max()), 0.1)
-    picture = np.full((_SIZE, _SIZE, 3), 255, np.uint8)
-    for path, colour in zip(reversed(paths), reversed(_COLOURS[: len(paths)]), strict=True):
-        xy = (_aligned(path, first) - centre) @ axes[:2].T
-        pixels = ((xy - (low + high) / 2) * scale + _SIZE / 2).round().astype(np.int32)
-        cv2.polylines(picture, [pixels[:, None]], False, colour[::-1], 2, cv2.LINE_AA)
-    for row, (path, colour) in enumerate(zip(paths, _COLOURS, strict=False)):
-        corner = (12, _LINE * (row + 1))
-        font = cv2.FONT_HERSHEY_SIMPLEX
-        cv2.putText(picture, path.name, corner, font, 0.6, colour[::-1], 2, cv2.LINE_AA)
-    metre = round(scale)
-    end = (_SIZE - _MARGIN, _SIZE - 20)
-    cv2.line(picture, (end[0] - metre, end[1]), end, _COLOURS[0], 2)
-    cv2.putText(picture, "1 m", (end[0] - metre, end[1] - 8), font, 0.5, _COLOURS[0], 1)
-    return bytes(cv2.imencode(".png", picture)[1])
-
-
-def _aligned(path: Path2D, first: Path2D) -> NDArray[np.float64]:
-    """Positions (N, 3), aligned to the first path."""
-    positions = path.Ts_map_cam[:, :3, 3]
-    here, there = associate(path.stamps, first.stamps)
-    if path is first or len(here) < 3:
-        return positions
-    T = align(positions[here], first.Ts_map_cam[there, :3, 3])
-    return np.asarray(positions @ T[:3, :3].T + T[:3, 3])

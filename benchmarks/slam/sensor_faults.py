@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from benchmarks.slam.laps import ReplayFrame
+from benchmarks.slam.replays import ReplayFrame
 from sim_stubs.realsense.config import ColourNoiseConfig, DepthNoiseConfig, SimulatedRealSenseConfig
 from sim_stubs.realsense.depth_noise import noisy_colour, noisy_depth
 from sim_stubs.world.config import WorldConfig

@@ -31,7 +31,7 @@ import typer
 FOLDERS = ("benchmarks", "sim_stubs/scoring", "vizbot/objectnav", "mapping/clip")
 MODULES = ("vizbot", "sim_stubs", "mapping", "benchmarks")
 """Folders of the modules through which a test may meet a mutant."""
-PICTURES = ("benchmarks/slam/recordings.py",)
+PICTURES = ("benchmarks/slam/drawing.py",)
 """Modules that only draw: people look at what they make, and no result depends on it."""
 KINDS = ("comparison", "constant", "condition", "verdict")
 MOST_FILES, LONGEST = 3, 300.0

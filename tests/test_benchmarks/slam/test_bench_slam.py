@@ -14,8 +14,9 @@ import pytest
 from benchmarks.slam import frame_to_frame, sequence_scores
 from benchmarks.slam import peers as slam_peers
 from benchmarks.slam import recordings as slam
+from benchmarks.slam.drawing import Path2D, draw_paths
 from benchmarks.slam.frame_to_frame import FrameToFrame, feature_odometry
-from benchmarks.slam.recordings import Path2D, SlamBench, draw_paths, run_slam, track_sequence
+from benchmarks.slam.recordings import SlamBench, run_slam, track_sequence
 from mapping.slam.config import SlamConfig
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.core.errors import ConfigError

@@ -13,8 +13,9 @@ from benchmarks.slam import homes as slam_homes
 from benchmarks.slam import lap_scores
 from benchmarks.slam.homes import AS_RECORDED, FAULTS, TWINS, recording_folder
 from benchmarks.slam.lap_scores import LapResult
-from benchmarks.slam.laps import LapConfig, ReplayFrame
+from benchmarks.slam.laps import LapConfig
 from benchmarks.slam.relocalisation import STARTS, StartResult, starts_table
+from benchmarks.slam.replays import ReplayFrame
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
 from vizbot.core.types import PoseEstimate, Tracking

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from benchmarks.slam import sensor_faults
-from benchmarks.slam.laps import ReplayFrame
+from benchmarks.slam.replays import ReplayFrame
 from benchmarks.slam.sensor_faults import DISTANCE, Span, WhiteWall
 from vizbot.config import Config
 from vizbot.core.geometry import planar, yaw_of

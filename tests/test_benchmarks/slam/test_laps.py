@@ -11,7 +11,8 @@ from benchmarks.episodes.calibration_error import EXACT
 from benchmarks.harness.store import Store
 from benchmarks.slam import hours as slam_hours
 from benchmarks.slam.lap_scores import consistent_nees
-from benchmarks.slam.laps import LapConfig, record_laps, replay, to_and_fro
+from benchmarks.slam.laps import LapConfig, record_laps
+from benchmarks.slam.replays import replay, to_and_fro
 from drivers.tum_sequence import RecordedSequence
 from mapping.odometry.config import DeadReckoningConfig
 from mapping.odometry.dead_reckoning import DeadReckoning
