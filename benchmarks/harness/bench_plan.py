@@ -150,12 +150,7 @@ def results_file(folder: Path, bench: str, row: str) -> Path:
 
 
 def goals_of_homes(plan: BenchPlan, count: int | None = None) -> list[HomeGoals]:
-    """The homes of a plan in order, and the goals that exist in them.
-
-    Args:
-        plan: The plan.
-        count: Number of homes, the first ones; None for all.
-    """
+    """The homes of a plan in order, the first `count` or all, and the goals that exist in them."""
     seeds = plan.seeds[:count]
     store = Store(plan.folder / "homes.jsonl", HomeGoals)
     known = {each.home: each for each in store.results_with_key(plan.fingerprint.homes)}

@@ -108,11 +108,7 @@ class PairedCounts:
 
 
 def log_loss(judged: Sequence[tuple[float, bool]]) -> float | None:
-    """Mean of -log of the probability given to what came true; None without trials.
-
-    Args:
-        judged: Probability, and whether it came true, of each trial.
-    """
+    """Mean of -log of the probability given to what came true; None without trials."""
     if not judged:
         return None
     given = [probability if happened else 1.0 - probability for probability, happened in judged]
@@ -124,9 +120,6 @@ def expected_calibration_error(judged: Sequence[tuple[float, bool]]) -> float | 
 
     It is the mean over the trials of what the mean probability and the rate of their bin differ by;
     None without trials. Few trials make it larger than it is for many.
-
-    Args:
-        judged: Probability, and whether it came true, of each trial.
     """
     if not judged:
         return None

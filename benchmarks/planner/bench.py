@@ -132,11 +132,9 @@ class PlannerRun:
 
 
 def run_planner(quick: bool, folder: Path | None) -> BenchResult:
-    """Time all planners on all cases and print their table.
+    """Time all planners on all cases, small grids alone if `quick`, and print their table.
 
-    Args:
-        quick: Whether only small grids are used.
-        folder: Folder of the results; None keeps none.
+    Without `folder` no results are kept.
 
     Raises:
         VizbotError: a planner by the same rules finds another cost.

@@ -44,15 +44,7 @@ class RoomLayout:
         rng: np.random.Generator,
         count: Counter[str],
     ) -> None:
-        """An empty room.
-
-        Args:
-            room: The room to furnish.
-            openings: Openings of the home.
-            stairs: Stairs of the home.
-            rng: Source of the places.
-            count: Instances of each label in the home so far; updated.
-        """
+        """An empty room; `count`, of the instances of each label in the home, is updated."""
         self.room = Block(room.x0, room.y0, room.x1, room.y1)
         self.windows: list[tuple[Opening, str]] = []
         self.instances: list[Instance] = []

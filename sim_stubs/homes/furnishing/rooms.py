@@ -146,15 +146,7 @@ def lay_carpet(layout: RoomLayout, sampler: ModelSampler, rng: Random, width: fl
 def furnish(
     name: str, layout: RoomLayout, sampler: ModelSampler, height: float, rng: Random
 ) -> None:
-    """Put furniture into an empty room.
-
-    Args:
-        name: Name of the room.
-        layout: Layout of the room.
-        sampler: Source of the pieces.
-        height: Height of the ceiling [m].
-        rng: Decides which pieces there are.
-    """
+    """Put furniture into an empty room whose ceiling has this `height` [m]."""
     dress_windows(name, layout, sampler, rng)
     _FURNISH[name](layout, sampler, rng)
     hang(layout, sampler, "picture", PICTURE_HEIGHT, int(rng.integers(1, 4)))

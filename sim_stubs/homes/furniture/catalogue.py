@@ -190,13 +190,7 @@ def _pattern(names: str) -> re.Pattern[str]:
 
 @cache
 def classes_of(model_id: str, name: str, height: float) -> frozenset[str]:
-    """Labels of the classes that a model is an instance of.
-
-    Args:
-        model_id: Its id.
-        name: Its name in the catalogue.
-        height: Its height [m].
-    """
+    """Labels of the classes that a model with this name and `height` [m] is an instance of."""
     return frozenset(label for label, rule in CLASSES.items() if rule.fits(model_id, name, height))
 
 
