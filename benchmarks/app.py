@@ -40,7 +40,7 @@ from benchmarks.options import (
     seeds_of,
 )
 from benchmarks.planner import bench as planner
-from benchmarks.planner.page import planner_page
+from benchmarks.planner.bench import planner_page
 from benchmarks.questions import bench as questions
 from benchmarks.slam import homes as slam_homes
 from benchmarks.slam import hours as slam_hours

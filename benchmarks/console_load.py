@@ -122,13 +122,7 @@ class ConsoleLoad:
 def measure_watchers(
     frames: list[RGBDFrame], stretch: float = _STRETCH, pairs: int = _PAIRS
 ) -> ConsoleLoad:
-    """Measure the rate of the loop with and without watchers.
-
-    Args:
-        frames: Frames that the camera plays.
-        stretch: Duration of a stretch [s].
-        pairs: Number of pairs of stretches.
-    """
+    """Measure the rate of the loop in pairs of stretches [s] with and without watchers."""
     clock, config = WallClock(), Config()
     camera, session = LoopedCamera(frames, clock), OperatorSession()
     devices = Devices(clock, camera, None, config.mount.T_base_cam, False)

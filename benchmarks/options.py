@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from benchmarks.episodes.encoder_scale import EncoderScale
+from benchmarks.episodes.episode import EncoderScale
 from vizbot.commands.options import ClipOption, JsonOption
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_folder

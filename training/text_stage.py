@@ -10,6 +10,7 @@ embeddings, and each phrasing learns the embedding of the plain phrase.
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Sequence
 from copy import deepcopy
@@ -22,22 +23,28 @@ import torch
 import typer
 from pydantic import BaseModel, Field
 from rich.console import Console
+from safetensors.torch import save as tensors_to_bytes
 from tokenizers import Tokenizer
 from torch.nn.attention import SDPBackend, sdpa_kernel
 
 from mapping.clip.embedded.encoder import load_embedded_clip, to_ids
-from mapping.clip.embedded.towers import TextTower
-from training.export import export_model
-from training.spoken_texts import (
-    TextPair,
-    draw_kept,
-    draw_spoken,
-    draw_unrelated,
-)
+from mapping.clip.embedded.towers import Clip, TextTower
+from training.spoken_texts import TextPair, draw_kept, draw_spoken, draw_unrelated, trained_words
+from vizbot.core.files import write_whole
 from vizbot.core.settings import SETTINGS
 
 SHORT = 8
 """Tokens; most texts of a step have no more."""
+
+
+def export_model(model: Clip, tokenizer: Tokenizer, threshold: float, folder: Path) -> None:
+    """Write weights in 16 bits, tokenizer, threshold and the words of the trained phrasings."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tensors = {name: tensor.half().contiguous() for name, tensor in model.state_dict().items()}
+    config = {"threshold": threshold, "words": sorted(trained_words())}
+    write_whole(folder / "model.safetensors", tensors_to_bytes(tensors))
+    write_whole(folder / "tokenizer.json", tokenizer.to_str().encode())
+    write_whole(folder / "config.json", json.dumps(config).encode())
 
 
 class TextStageConfig(BaseModel):
@@ -73,13 +80,7 @@ def part_of_rate(step: int, warmup: int, steps: int) -> float:
 def train_text_tower(
     teacher: TextTower, tokenizer: Tokenizer, config: TextStageConfig
 ) -> TextTower:
-    """The text tower that knows spoken phrasings, too.
-
-    Args:
-        teacher: The text tower of the first stage, which stays as it is.
-        tokenizer: Splits texts into tokens, as in the first stage.
-        config: Settings of the stage.
-    """
+    """The text tower that knows spoken phrasings, too."""
     device = next(teacher.parameters()).device
     student = deepcopy(teacher).train()
     optimiser = torch.optim.AdamW(student.parameters(), lr=config.learning_rate, weight_decay=0.0)

@@ -8,16 +8,18 @@ Last comes the text stage, for the text tower alone.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from string import ascii_lowercase, digits
 from typing import Annotated
 
 import numpy as np
 import torch
 import typer
+from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 from rich.console import Console
-from tokenizers import Tokenizer
+from tokenizers import Tokenizer, models, normalizers, pre_tokenizers, trainers
 from torch.nn.attention import SDPBackend, sdpa_kernel
 from torch.nn.functional import binary_cross_entropy_with_logits, log_softmax
 
@@ -26,21 +28,97 @@ from mapping.clip.embedded.towers import Clip
 from mapping.clip.encoder import ClipEncoder
 from training.augmentation import augmented, swap_channels
 from training.batch_texts import draw_texts, truth_of
-from training.captions.facts import FACT_INDEX
+from training.captions.captions import draw_captions, draw_negatives
+from training.captions.facts import FACT_INDEX, FACTS, Facts
 from training.evaluation import embed
-from training.export import export_model
-from training.patch_pool import PatchPool
-from training.text_stage import TextStageConfig, embedded, part_of_rate, train_text_tower
-from training.tokenizer import train_tokenizer
+from training.text_stage import (
+    TextStageConfig,
+    embedded,
+    export_model,
+    part_of_rate,
+    train_text_tower,
+)
 from training.views import LabelledPatches, take_all
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import EVALUATION_CLASSES
 from vizbot.core.settings import SETTINGS
 
+LARGE = (380, 190)
+"""Least edges of the largest patches and of those of medium size [px]."""
+VOCABULARY = 2000
+"""Number of tokens; frequent words are one token, others several."""
+DRAWS = 40_000
+"""Number of captions that the tokens are learned from."""
 KEPT_HOMES = range(900, 916)
 """Training homes that only the threshold is learned from."""
 RIGHT = 0.9
 """Share of the patches above the threshold that show the goal."""
+
+
+class PatchPool:
+    """All patches of the rendered homes, drawn so that rare things come up often."""
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        """Read all `files` into memory."""
+        several = [LabelledPatches.load(path) for path in files]
+        edges_of_file = [views.edges for views in several]
+        self.facts = Facts.joined([views.facts for views in several])
+        first = several[0].pixels
+        self.pixels = np.empty((len(self.facts), *first.shape[1:]), first.dtype)
+        end = len(self.facts)
+        while several:  # there is hardly memory for all pixels twice
+            pixels = several.pop().pixels
+            self.pixels[end - len(pixels) : end] = pixels
+            end -= len(pixels)
+        edges = np.concatenate(edges_of_file)
+        self._cumulative = np.cumsum(_weights(self.facts, edges))
+
+    def __len__(self) -> int:
+        return len(self.pixels)
+
+    def draw(self, rng: np.random.Generator, count: int) -> NDArray[np.int64]:
+        """Indices (count,) of patches."""
+        at = rng.random(count) * self._cumulative[-1]
+        return np.asarray(np.searchsorted(self._cumulative, at))
+
+
+def _weights(facts: Facts, edges: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Weight of each patch: the rarer the things that it shows, the higher.
+
+    A large patch that shows nothing, a bare wall, is drawn as often as others are on average: the
+    robot sees many, and they are what it takes for something.
+    """
+    by_name = np.array([fact.family in ("thing", "room") for fact in FACTS])
+    strengths = np.where(by_name[facts.indices], np.nan_to_num(facts.strengths), 0.0)
+    shown = np.bincount(facts.indices, strengths, minlength=len(FACTS))
+    share = strengths / np.maximum(shown[facts.indices], 30.0) ** 0.7
+    rows = np.repeat(np.arange(len(facts)), np.diff(facts.starts))
+    weights = np.bincount(rows, share, minlength=len(facts))
+    bare = np.select([edges >= LARGE[0], edges >= LARGE[1]], [1.0, 0.3], 0.1)
+    return np.asarray(weights + bare * weights.mean())
+
+
+def train_tokenizer(facts: Facts, seed: int) -> Tokenizer:
+    """A tokenizer for captions of patches; its token 0 stands behind the end of a text."""
+    tokenizer = Tokenizer(models.BPE(unk_token="<unknown>", end_of_word_suffix="</w>"))
+    tokenizer.normalizer = normalizers.Sequence([normalizers.NFKD(), normalizers.Lowercase()])
+    tokenizer.pre_tokenizer = pre_tokenizers.Whitespace()
+    trainer = trainers.BpeTrainer(
+        vocab_size=VOCABULARY,
+        special_tokens=["<end>", "<unknown>"],
+        initial_alphabet=list(ascii_lowercase + digits + "'-,.?"),
+        end_of_word_suffix="</w>",
+        show_progress=False,
+    )
+    tokenizer.train_from_iterator(_texts(facts, seed), trainer)
+    return tokenizer
+
+
+def _texts(facts: Facts, seed: int) -> Iterator[str]:
+    rng = np.random.default_rng((seed, 13))
+    for patch in rng.integers(len(facts), size=DRAWS):
+        yield from (caption.text for caption in draw_captions(facts, int(patch), rng, 1))
+    yield from (caption.text for caption in draw_negatives(rng, DRAWS // 4))
 
 
 class TrainingConfig(BaseModel):

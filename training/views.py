@@ -1,14 +1,20 @@
-"""Training patches: views of training homes, cut into patches, with their facts."""
+"""Training patches: views of training homes, cut into patches, with their facts.
+
+A class has a handful of training models, which the encoder would learn by heart. A varied piece
+keeps its bounding box, and so its place in the home; its shape inside the box is shifted and
+tapered, and some pieces are painted.
+"""
 
 from __future__ import annotations
 
+import colorsys
 import io
 import logging
 import multiprocessing
 import os
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, cos, pi, sin
 from pathlib import Path
 from typing import Self
@@ -17,25 +23,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.embedded.encoder import to_pixels
-from sim_stubs.homes.geometry.free_space import FreeSpace
+from sim_stubs.homes.furniture.appearance import mean_colour
 from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
+from sim_stubs.homes.geometry.solids import Piece
 from sim_stubs.homes.home import HELD_OUT, home
-from sim_stubs.realsense.colour_noise import AutoExposure, noisy_colour
 from sim_stubs.realsense.config import ColourNoiseConfig
+from sim_stubs.realsense.depth_noise import AutoExposure, noisy_colour
 from sim_stubs.world.lighting import Lighting
 from sim_stubs.world.renderer import Renderer
 from sim_stubs.world.world_plan import D435I_COLOUR
 from training.captions.facts import FACTS_DIGEST, Facts
 from training.captions.house_facts import HouseFacts
 from training.captions.patch_facts import seen
-from training.furniture_variety import varied
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.geometry import camera_mount, planar
+from vizbot.core.home_vocabulary import COLOURS
 from vizbot.core.types import SE3
 
+SHAPED, PAINTED = 0.8, 0.35
+"""Shares of the pieces that get other proportions, and other colours."""
+SLOPE = 0.4
+"""Standard deviation of how much thicker a slice of a piece becomes (as a logarithm)."""
+TAPER = 0.12
+"""Most by which the top of a piece is narrower, or its foot."""
+SLICES = 5
+"""Along each side of the bounding box."""
+AS_THEY_ARE = ("aquarium", "computer", "door", "laptop", "mirror", "picture", "tv", "window")
+"""Classes whose pictures, screens and panes keep their colours."""
 logger = logging.getLogger(__name__)
-
 PATCH_EDGES = ((400, 480), (190, 270), (190, 270), (190, 270),
                (90, 140), (90, 140), (90, 140), (90, 140), (90, 140), (48, 70))  # fmt: skip
 """Least and greatest edge of each patch cut from a picture [px]: around the mapper's scales."""
@@ -45,6 +62,68 @@ NEAREST, FARTHEST = 0.6, 4.5
 """Least and largest distance from which things are viewed [m]."""
 INDOORS = 0.8
 """Share of the views of a thing from its own room; walls hide most things in the others."""
+
+
+def varied(house: House, rng: np.random.Generator) -> House:
+    """The home with varied furniture."""
+    instances = tuple(replace(it, piece=another(it.piece, rng)) for it in house.instances)
+    return replace(house, instances=instances)
+
+
+def another(piece: Piece, rng: np.random.Generator) -> Piece:
+    """A piece of the same class and size, with other proportions or colours or both.
+
+    A piece that is named by its colour, such as a "yellow chair", keeps it.
+    """
+    if rng.random() < SHAPED:
+        piece = _shaped(piece, rng)
+    keeps_colours = piece.label in AS_THEY_ARE or piece.label.split()[0] in COLOURS
+    if rng.random() < PAINTED and not keeps_colours:
+        piece = _painted(piece, rng)
+    return piece
+
+
+def _shaped(piece: Piece, rng: np.random.Generator) -> Piece:
+    corners = np.concatenate([part.vertices for part in piece.parts])
+    low, high = corners.min(axis=0).astype(np.float64), corners.max(axis=0).astype(np.float64)
+    knots = np.linspace(0.0, 1.0, SLICES + 1)
+    heights = []
+    for axis in range(3):
+        thickness = np.exp(rng.normal(0.0, SLOPE, SLICES))
+        if axis == 0:  # furniture is alike on its left and right
+            thickness = thickness + thickness[::-1]
+        heights.append(np.concatenate([[0.0], np.cumsum(thickness) / thickness.sum()]))
+    taper = rng.uniform(-TAPER, TAPER, 2)
+
+    def reshape(vertices: NDArray[np.float32]) -> NDArray[np.float32]:
+        share = (vertices - low) / np.maximum(high - low, 1e-6)
+        share = np.column_stack([np.interp(share[:, i], knots, heights[i]) for i in range(3)])
+        up = share[:, 2:]
+        narrower = 1.0 - np.maximum(taper * (2.0 * up - 1.0), 0.0)
+        share[:, :2] = 0.5 + (share[:, :2] - 0.5) * narrower
+        return np.asarray(low + share * (high - low), np.float32)
+
+    parts = tuple(replace(part, vertices=reshape(part.vertices)) for part in piece.parts)
+    return replace(piece, parts=parts)
+
+
+def _painted(piece: Piece, rng: np.random.Generator) -> Piece:
+    """All parts turned by one hue, or each in a colour of its own; the name loses its material."""
+    turn, bolder = rng.uniform(0.0, 1.0), rng.uniform(0.0, 0.3)
+    every = rng.random() < 0.5
+    parts = []
+    for part in piece.parts:
+        if every:
+            hue, saturation, value = colorsys.rgb_to_hsv(*mean_colour(part))
+            rgb = colorsys.hsv_to_rgb((hue + turn) % 1.0, min(1.0, saturation + bolder), value)
+        elif rng.random() < 0.7:
+            rgb = colorsys.hsv_to_rgb(rng.uniform(), rng.beta(1.0, 1.5), rng.uniform(0.15, 1.0))
+        else:
+            parts.append(part)
+            continue
+        rgba = np.array([*rgb, part.rgba[3]], np.float32)
+        parts.append(replace(part, rgba=rgba, texture=None))
+    return replace(piece, name=piece.label, parts=tuple(parts))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

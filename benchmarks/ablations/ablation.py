@@ -25,12 +25,7 @@ class Ablation:
     commitment: bool = True
 
     def search(self, config: Config, frontiers: FrontierSearch) -> BeliefSearch:
-        """The search that is left.
-
-        Args:
-            config: Settings of the robot.
-            frontiers: What the camera has looked at.
-        """
+        """The search that is left."""
         if not self.commitment:
             search = config.objectnav.search.model_copy(update={"aim_change_margin": 0.0})
             objectnav = config.objectnav.model_copy(update={"search": search})

@@ -10,16 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.episodes.calibration_error import CalibrationError
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import Episode
+from benchmarks.episodes.episode import EncoderScale, Episode
 from benchmarks.episodes.exploration import explored_map
 from benchmarks.episodes.homes import house_of, open_benchmark_home
 from benchmarks.episodes.other_encoders import OtherEncoder
 from benchmarks.episodes.run import encoder_of
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.start_pose import things_named
-from sim_stubs.scoring.goals import goals_of
-from sim_stubs.scoring.success import precise
+from sim_stubs.scoring.success import goals_of, precise
 from vizbot.config import Config
 from vizbot.core.geometry import transform
 from vizbot.core.observer import Outcome

@@ -72,13 +72,7 @@ class CalibrationError:
         return replace(believed, fx=scale * believed.fx, fy=scale * believed.fy)
 
     def world(self, house: House, config: Config, seed: int) -> World:
-        """A world with the true robot.
-
-        Args:
-            house: The house, with the start of the robot.
-            config: Settings of the robot; it believes in its mount there.
-            seed: Seed of the world's noise.
-        """
+        """A world with the true robot."""
         believed = RehearsalConfig.of(config).world
         body = believed.model_copy(
             update={

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Literal
 from zlib import crc32
 
-from benchmarks.episodes.encoder_scale import EncoderScale
 from sim_stubs.world.world_spec import seed_of
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
+
+EncoderScale = Literal["clip", "offset", "unknown"]
+"""`clip`: scaled and shifted to those of ViT-L/14; `offset`: that, with offsets and errors;
+`unknown`: those of `clip`, of an encoder that does not tell its scale and bias."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +99,7 @@ class GoalResult:
         said_seen: Share of the floor that the robot then said that it had seen, 0 to 1; None where
             it did not know, and in results of before it was kept.
         truly_seen: Share that it had seen; None likewise.
-        stuck: Whether it failed and stood still, as `benchmarks.episodes.standstill` says; None
+        stuck: Whether it failed and stood still, by `is_stuck` of `benchmarks.episodes.run`; None
             in results of before it was kept.
     """
 

@@ -13,8 +13,13 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from benchmarks.episodes.calibration_error import CalibrationError
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import BelievedAnswer, Episode, ExplorationResult, QueryResult
+from benchmarks.episodes.episode import (
+    BelievedAnswer,
+    EncoderScale,
+    Episode,
+    ExplorationResult,
+    QueryResult,
+)
 from benchmarks.episodes.homes import open_benchmark_home
 from benchmarks.episodes.latency import Latencies, slow_devices
 from benchmarks.episodes.other_encoders import OtherEncoder
@@ -27,8 +32,7 @@ from mapping.clip.place_rows import PlaceMap, PlaceRows
 from mapping.clip.retrieval import similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
-from sim_stubs.scoring.goals import GOALS, goals_of
-from sim_stubs.scoring.success import precise
+from sim_stubs.scoring.success import GOALS, goals_of, precise
 from sim_stubs.world.world import World
 from vizbot.config import Config
 from vizbot.core.errors import MapError
@@ -94,14 +98,7 @@ def explore_and_ask(job: HomeToAsk) -> tuple[ExplorationResult, list[QueryResult
 def explored_map(
     world: World, seed: int, config: Config, folder: Path
 ) -> tuple[ExplorationResult, MapBundle]:
-    """How the exploration of a home ended, and its map, which the folder keeps for the next time.
-
-    Args:
-        world: The home.
-        seed: Of it.
-        config: Settings of the robot, with the largest scale set.
-        folder: Of the map.
-    """
+    """How the exploration of a home ended, and its map, which the folder keeps for next time."""
     result_file = _result_file(folder)
     if not folder.exists() or not result_file.exists():
         exploration, bundle = _explored(world, seed, config)

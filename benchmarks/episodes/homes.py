@@ -13,8 +13,7 @@ from benchmarks.episodes.episode import Episode, Home, HomeGoals, seed_of_home
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import start_for
-from sim_stubs.scoring.goals import goals_of
-from sim_stubs.scoring.success import instances_of
+from sim_stubs.scoring.success import goals_of, instances_of
 from sim_stubs.world.bare import bare
 from sim_stubs.world.world import World
 from sim_stubs.world.world_file import read_world
@@ -77,11 +76,6 @@ def open_episode(episode: Episode, config: Config, error: CalibrationError = EXA
     """The home of an episode with the robot where it begins.
 
     Number 0 without an error has the world of `vizbot dry-run GOAL --world HOME`.
-
-    Args:
-        episode: The episode.
-        config: Settings of the robot.
-        error: How the true robot differs from them.
 
     Raises:
         ConfigError: no place is far enough from the first goal.

@@ -47,11 +47,7 @@ class Latencies:
 def slow_devices(devices: Devices, latencies: Latencies, config: Config, seed: int) -> Devices:
     """Let embeddings and decisions take simulated time, each a measured duration drawn anew.
 
-    Args:
-        devices: Devices on the simulated clock.
-        latencies: What is drawn from.
-        config: The robot's settings, whose `embedding_latency` over 0 is replaced.
-        seed: Seed of the draws.
+    An `embedding_latency` over 0 in the robot's settings is replaced.
     """
     clock, base = devices.clock, devices.base
     assert isinstance(clock, SimulatedClock) and base is not None

@@ -21,10 +21,9 @@ from mapping.keyframes.config import KeyframeConfig
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.odometry.features import Features
-from sim_stubs.homes.geometry.free_space import FreeSpace
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.realsense.config import DepthNoiseConfig
-from sim_stubs.scoring.goals import GOALS
-from sim_stubs.scoring.success import in_room, instances_of, rooms_of
+from sim_stubs.scoring.success import GOALS, in_room, instances_of, rooms_of
 from sim_stubs.world.world import World
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError

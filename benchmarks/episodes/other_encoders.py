@@ -17,7 +17,7 @@ from zlib import crc32
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.episodes.encoder_scale import EncoderScale
+from benchmarks.episodes.episode import EncoderScale
 from mapping.clip.reading import Reading
 from mapping.clip.scores import Background
 from mapping.map_bundle import MapBundle
@@ -48,12 +48,7 @@ class OtherEncoder:
     """
 
     def __init__(self, own: ClipEncoder, scale: EncoderScale) -> None:
-        """Wrap an encoder.
-
-        Args:
-            own: The robot's.
-            scale: What becomes of its cosines.
-        """
+        """Wrap an encoder."""
         self._own, self._offsets = own, scale == "offset"
         self._slope = (THRESHOLD - USUAL) / (own.threshold - OWN_USUAL)
         self._shift = USUAL - self._slope * OWN_USUAL

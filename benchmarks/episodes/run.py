@@ -10,20 +10,27 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.ablations.ablation import ABLATIONS
 from benchmarks.episodes.calibration_error import CalibrationError
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import FAR, Episode, EpisodeResult, GoalResult, Variant
+from benchmarks.episodes.episode import (
+    FAR,
+    EncoderScale,
+    Episode,
+    EpisodeResult,
+    GoalResult,
+    Variant,
+)
 from benchmarks.episodes.homes import open_episode
 from benchmarks.episodes.latency import Latencies, slow_devices
 from benchmarks.episodes.oracles import AtOnce, OracleParts, oracle_parts
 from benchmarks.episodes.other_encoders import OtherEncoder
-from benchmarks.episodes.seen_floor import SeenFloor
-from benchmarks.episodes.standstill import is_stuck
 from mapping.trajectory_error import absolute_trajectory_error
+from nav.frontier import FrontierSearch
+from sim_stubs.homes.geometry.occupancy_slice import reachable
 from sim_stubs.roomba.serial_line import BytesLostError
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
@@ -33,7 +40,7 @@ from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError, VizbotError
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import GoalReport, Outcome, Step
-from vizbot.core.types import SE3
+from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.mission import drive_to_all
 from vizbot.pipeline import Pipeline
 from vizbot.rehearsal.rig import Rig
@@ -42,9 +49,67 @@ from vizbot.rig import open_encoder
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
 
+LAST = 100
+"""Number of steps before the limit of steps in which a robot that gets on gets somewhere."""
+RADIUS = 0.5
+"""Radius of the circle that it then has left [m]."""
 log = logging.getLogger(__name__)
-
 _TRACK_SPACING = 0.15
+
+
+def is_stuck(outcome: Outcome | None, *, at_limit: bool, xy: NDArray[np.float64]) -> bool:
+    """Whether a search that failed was stuck.
+
+    It was where the robot says so itself, and where the limit of steps ended it in a place.
+
+    Args:
+        outcome: How the robot ended it; None after an error, which is no standstill.
+        at_limit: Whether the limit of steps ended it.
+        xy: True positions (N, 2) at its steps, the last of them where it ended [m].
+    """
+    if outcome is Outcome.STUCK:
+        return True
+    if not at_limit or outcome is None or len(xy) <= LAST:
+        return False
+    return enclosing_radius(xy[-LAST - 1 :]) <= RADIUS
+
+
+def enclosing_radius(xy: NDArray[np.float64]) -> float:
+    """Radius of the smallest circle around points (N, 2), of which there is one at least [m]."""
+    near = (xy - xy[0]).astype(np.float32)  # far from the origin, single precision is too little
+    _, radius = cv2.minEnclosingCircle(near)
+    return float(radius)
+
+
+class SeenFloor:
+    """The floor that the robot's body can cover, by the true plan, and what its camera looked at.
+
+    Floor counts as seen by the robot's own measure, but from where it truly stood, and among true
+    obstacles.
+    """
+
+    def __init__(self, world: World, config: Config) -> None:
+        """Nothing is seen yet."""
+        free, plan = world.free
+        start = plan.cell_of(*world.T_world_base[:2, 3].tolist())
+        self._radius = config.navigator.costmap.robot_radius
+        cells = 2 * round(self._radius / plan.resolution) + 1
+        body = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (cells, cells))
+        centres = np.zeros_like(free) if start is None else reachable(free, start)
+        self._floor = cv2.dilate(centres.astype(np.uint8), body) > 0
+        occupied = cv2.dilate(free.astype(np.uint8), body) == 0
+        self._grid = OccupancyGrid(occupied.astype(np.float32), plan.resolution, plan.origin)
+        self._frontiers = FrontierSearch(config.frontier)
+
+    def look(self, T_world_base: SE3) -> None:
+        """The camera takes a picture from here."""
+        self._frontiers.look(self._grid, T_world_base, self._radius)
+
+    @property
+    def share(self) -> float:
+        """Share of the floor that was seen, 0 to 1."""
+        seen = self._frontiers.explored.mask_on(self._grid) & self._floor
+        return float(seen.sum() / self._floor.sum()) if self._floor.any() else 0.0
 
 
 def run_episode(job: tuple[Variant, Episode]) -> EpisodeResult:

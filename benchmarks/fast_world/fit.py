@@ -21,6 +21,7 @@ import typer
 from numpy.typing import NDArray
 
 from benchmarks.episodes.run import encoder_of
+from benchmarks.fast_world.places import are_true, true_places
 from benchmarks.fast_world.views import HEADINGS, View, pose_of
 from benchmarks.fast_world.walk import FastHome
 from benchmarks.harness.bench_plan import UNATTENDED
@@ -31,8 +32,7 @@ from mapping.clip.footprint import PLACE
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Background, Query
 from mapping.clip.weights import FILE, Weights
-from sim_stubs.scoring.goals import GOALS
-from sim_stubs.scoring.places import are_true, true_places
+from sim_stubs.scoring.success import GOALS
 from vizbot.core.geometry import transform
 from vizbot.operator.printing import echo
 
@@ -265,11 +265,7 @@ def walk_in(home: SeenHome, rng: np.random.Generator) -> list[int]:
 
 
 def see_home(job: tuple[int, Path]) -> SeenHome:
-    """Take the views of a home, or read them.
-
-    Args:
-        job: Seed of the home, and the folder that keeps views.
-    """
+    """Take the views of a home, or read them."""
     seed, folder = job
     with FastHome(seed, UNATTENDED, encoder_of(UNATTENDED), folder) as home:
         return seen_in(home)

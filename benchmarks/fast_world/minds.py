@@ -57,47 +57,25 @@ class Mind(Protocol):
         ...
 
 
-class _ElementMap:
-    """The CLIP map of one goal, and from where its elements were seen."""
+class PaperMind:
+    """The paper's method, with the CLIP map of one goal, and from where its elements were seen."""
 
-    def __init__(self, encoder: ClipEncoder, goal: Goal) -> None:
+    def __init__(self, config: Config, encoder: ClipEncoder, goal: Goal) -> None:
         """Begin with nothing seen."""
-        self._goal = goal
+        self._goal, self._search = goal, PaperSearch(config.navigator)
         self._map, self._scores = ClipMap(encoder.dimension), RunningScores()
         self._seen_from: list[NDArray[np.float64]] = []
         self._keyframes: dict[int, int] = {}
         self._pending: tuple[int, View, SE3] | None = None
 
     def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
-        """Take a view, as of `Mind.see`."""
+        """Take the view of this step."""
         if self._pending is not None:
             before, seen, T_map_before = self._pending
             keyframe = self._keyframes.setdefault(before, len(self._keyframes))
             self._map.add(keyframe, T_map_before, seen.elements, len(self._seen_from) - 1)
         self._pending = number, view, T_map_cam
         self._seen_from.append(from_xy)
-
-    def sightings(self) -> Sightings:
-        """Its elements with their similarities to the goal."""
-        elements = self._map.elements
-        return Sightings(
-            elements.points_keyframe,
-            self._scores.similarities_to(self._goal, elements.embeddings),
-            np.array(self._seen_from)[elements.frames],
-        )
-
-
-class PaperMind:
-    """The paper's method."""
-
-    def __init__(self, config: Config, encoder: ClipEncoder, goal: Goal) -> None:
-        """Begin with nothing seen."""
-        self._goal, self._search = goal, PaperSearch(config.navigator)
-        self._elements = _ElementMap(encoder, goal)
-
-    def see(self, number: int, view: View, T_map_cam: SE3, from_xy: NDArray[np.float64]) -> None:
-        """Take the view of this step."""
-        self._elements.see(number, view, T_map_cam, from_xy)
 
     def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
         """Do nothing: the paper knows no frontiers."""
@@ -108,7 +86,13 @@ class PaperMind:
 
     def decide(self, grid: OccupancyGrid, T_map_base: SE3, step: int) -> Decision:
         """What to do in this step."""
-        return self._search.go(self._goal, self._elements.sightings(), grid, T_map_base)
+        elements = self._map.elements
+        sightings = Sightings(
+            elements.points_keyframe,
+            self._scores.similarities_to(self._goal, elements.embeddings),
+            np.array(self._seen_from)[elements.frames],
+        )
+        return self._search.go(self._goal, sightings, grid, T_map_base)
 
 
 class BeliefMind:

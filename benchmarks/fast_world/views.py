@@ -46,23 +46,12 @@ class View:
 
 
 class Views:
-    """The views of one home, made when they are asked for first.
-
-    Attributes:
-        made: Number of views that were made by this object.
-    """
+    """The views of one home, made when they are asked for first."""
 
     def __init__(
         self, world: World, encoder: ClipEncoder, config: PerceptionConfig, folder: Path
     ) -> None:
-        """Read the kept views, if there are some.
-
-        Args:
-            world: Renders the pictures.
-            encoder: Embeds the patches.
-            config: How frames are cut and scanned.
-            folder: Of the kept views of this home, encoder and configuration.
-        """
+        """Read the kept views, if there are some."""
         self._world, self._encoder, self._config = world, encoder, config
         self._path = folder / _FILE
         self._kept = _unpacked(self._path.read_bytes()) if self._path.exists() else {}

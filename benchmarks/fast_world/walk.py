@@ -47,13 +47,7 @@ BACKING_OFF, BACK_OFF = 3, Twist(-0.1, 0.0)
 
 @dataclass(frozen=True, slots=True)
 class SearchRule:
-    """A row of the fast world: how the search is run.
-
-    Attributes:
-        name: Name of the row.
-        config: Settings of the robot.
-        ablation: What is left of the search.
-    """
+    """A row of the fast world: how the search is run."""
 
     name: str
     config: Config
@@ -61,25 +55,10 @@ class SearchRule:
 
 
 class FastHome:
-    """A home with the true body of the robot, and the views that were made so far.
-
-    Attributes:
-        seed: Of the home.
-        encoder: Embeds patches and goals.
-        world: The home.
-        places: Where views are taken from.
-        views: The views.
-    """
+    """A home with the true body of the robot, and the views that were made so far."""
 
     def __init__(self, seed: int, config: Config, encoder: ClipEncoder, folder: Path) -> None:
-        """Open the home.
-
-        Args:
-            seed: Of the home.
-            config: Settings of the robot.
-            encoder: Embeds patches and goals.
-            folder: Of the views of all homes that were made with this encoder.
-        """
+        """Open the home."""
         rehearsal = RehearsalConfig.of(config)
         still = rehearsal.model_copy(update={"world": rehearsal.world.model_copy(update=BODY)})
         self.seed = seed

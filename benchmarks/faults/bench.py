@@ -42,13 +42,7 @@ _QUICK_SEEDS, _QUICK_PAIRS = 4, 40
 
 @dataclass(frozen=True, slots=True)
 class FaultBench:
-    """Which drives and missions are wanted, and where their results are kept.
-
-    Attributes:
-        homes: Seeds of the homes of the missions.
-        quick: Whether only a small part is run, as a smoke test.
-        folder: Folder of the finished results.
-    """
+    """Which drives and missions are wanted, and where their results are kept."""
 
     homes: tuple[int, ...]
     quick: bool

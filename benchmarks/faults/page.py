@@ -26,12 +26,7 @@ _TITLE = "# Faults"
 
 
 def faults_page(folder: Path, page: Path) -> str:
-    """The page of the kept results; empty without drives.
-
-    Args:
-        folder: The folder of the kept results.
-        page: The file that the text is for.
-    """
+    """The page of the kept results; empty without drives."""
     drives = _drives(folder / DRIVES, series_of(quick=False))
     if not drives:
         return ""

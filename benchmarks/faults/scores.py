@@ -40,13 +40,7 @@ RESTS_BY_DEFAULT = ("lifted-unheard",)
 
 @dataclass(frozen=True, slots=True)
 class FaultSeries:
-    """Drives with the same faults.
-
-    Attributes:
-        faults: Names of the faults.
-        seeds: Seeds, one for each drive.
-        by_default: Whether they are driven with the product's settings.
-    """
+    """Drives with the same faults."""
 
     faults: tuple[str, ...]
     seeds: tuple[int, ...]

@@ -7,12 +7,7 @@ from collections.abc import Sequence
 from benchmarks.faults.missions import FaultMissionResult
 from benchmarks.faults.monitor import FARTHEST_ASTRAY
 from benchmarks.faults.scores import MAY_END, FaultScore
-from benchmarks.faults.totals import (
-    DefaultResults,
-    FaultTotals,
-    WallClockTiming,
-    single_faults,
-)
+from benchmarks.faults.totals import DefaultResults, FaultTotals, WallClockTiming, single_faults
 from benchmarks.harness.bench_plan import BenchResult
 from benchmarks.harness.scores import Rate
 from benchmarks.harness.tables import fraction_text, fraction_with_interval, markdown_table

@@ -35,12 +35,7 @@ class WallClockTiming:
 
 @dataclass(frozen=True, slots=True)
 class DefaultResults:
-    """Results with the product's settings.
-
-    Attributes:
-        scores: Scores of the drives, whose faults may end a search by these settings.
-        missions: All missions.
-    """
+    """Results with the product's settings."""
 
     scores: Sequence[FaultScore] = ()
     missions: Sequence[FaultMissionResult] = ()

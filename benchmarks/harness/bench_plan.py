@@ -7,8 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.ablations.ablation import ABLATIONS
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import Episode, EpisodeResult, Home, HomeGoals, Variant
+from benchmarks.episodes.episode import (
+    EncoderScale,
+    Episode,
+    EpisodeResult,
+    Home,
+    HomeGoals,
+    Variant,
+)
 from benchmarks.episodes.homes import survey
 from benchmarks.episodes.run import run_episode
 from benchmarks.harness.fingerprint import Fingerprint
@@ -144,12 +150,7 @@ def results_file(folder: Path, bench: str, row: str) -> Path:
 
 
 def goals_of_homes(plan: BenchPlan, count: int | None = None) -> list[HomeGoals]:
-    """The homes of a plan in order, and the goals that exist in them.
-
-    Args:
-        plan: The plan.
-        count: Number of homes, the first ones; None for all.
-    """
+    """The homes of a plan in order, the first `count` or all, and the goals that exist in them."""
     seeds = plan.seeds[:count]
     store = Store(plan.folder / "homes.jsonl", HomeGoals)
     known = {each.home: each for each in store.results_with_key(plan.fingerprint.homes)}

@@ -116,8 +116,7 @@ def key_of_settings(*settings: BaseModel) -> str:
 def key_of_robot(*names: str) -> str:
     """Key (twelve hexadecimal digits) of all that can change a run except its settings.
 
-    Args:
-        names: More folders and files that count, named from `ROOT`.
+    More folders and files that count are named from `ROOT`.
     """
     more = [path for name in names for path in _sources(name)]
     return _short([_digest([*_robot_sources(*_PACKAGES), *more]), *_furniture()])

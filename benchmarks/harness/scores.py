@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 from benchmarks.episodes.episode import EpisodeResult, GoalResult, Home
-from sim_stubs.scoring.goals import IN_COCO
+from sim_stubs.scoring.success import IN_COCO
 
 _Z = 1.959964
 """Half width of the middle 95 % of a normal distribution, in standard deviations."""
@@ -26,12 +26,7 @@ _SIGNIFICANT = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Rate:
-    """How often something happened.
-
-    Attributes:
-        count: How many times it happened.
-        trials: How many times it could have happened.
-    """
+    """How often something happened."""
 
     count: int
     trials: int
@@ -113,11 +108,7 @@ class PairedCounts:
 
 
 def log_loss(judged: Sequence[tuple[float, bool]]) -> float | None:
-    """Mean of -log of the probability given to what came true; None without trials.
-
-    Args:
-        judged: Probability, and whether it came true, of each trial.
-    """
+    """Mean of -log of the probability given to what came true; None without trials."""
     if not judged:
         return None
     given = [probability if happened else 1.0 - probability for probability, happened in judged]
@@ -129,9 +120,6 @@ def expected_calibration_error(judged: Sequence[tuple[float, bool]]) -> float | 
 
     It is the mean over the trials of what the mean probability and the rate of their bin differ by;
     None without trials. Few trials make it larger than it is for many.
-
-    Args:
-        judged: Probability, and whether it came true, of each trial.
     """
     if not judged:
         return None

@@ -21,14 +21,7 @@ T = TypeVar("T", bound="DataclassInstance")
 
 @dataclass(frozen=True, slots=True)
 class StoredResult(Generic[T]):
-    """A result as it is stored.
-
-    Attributes:
-        key: Key of the sources and settings that it was made with.
-        commit: The checked out commit.
-        hardware: The machine that it ran on.
-        result: The result.
-    """
+    """A result as it is stored."""
 
     key: str
     commit: str

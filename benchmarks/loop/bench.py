@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
+from itertools import cycle, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 from pydantic_core import to_json
@@ -16,20 +20,68 @@ from benchmarks.harness.bench_plan import BenchResult
 from benchmarks.harness.fingerprint import commit, hardware
 from benchmarks.harness.reference_kernel import DESCRIPTION, reference_ms
 from benchmarks.harness.tables import markdown_table
-from benchmarks.loop.rehearsal import Rehearsal, rehearse, rival
-from benchmarks.loop.sentences import worst_sentence
+from benchmarks.loop.rehearsal import HERE, Rehearsal, Tree, checked_out, rehearse, rival
 from benchmarks.loop.startup import measure_startup
 from benchmarks.loop.ticks import Ticks, TimedDrive, read_ticks
-from benchmarks.loop.tree import HERE, Tree, checked_out
 from benchmarks.loop.waits import PEACE, WaitingDrive, Waits, read_waits
 from vizbot.core.errors import VizbotError
 from vizbot.core.program.threads import keep_a_core_free, let_threads_sleep
+from vizbot.operator.language.command_grammar import MOST_LETTERS, MOST_WORDS
+from vizbot.operator.language.language import languages, load_language
+from vizbot.operator.language.understanding import read_typed
 from vizbot.operator.printing import echo
 
+_BESIDE = {"answers", "doing", "names", "small", "spoken"}
+"""Tables of a language whose words are in no pattern."""
+_NOTATION = re.compile(r"[()\[\]|]|\{\w+\}|<\w+>")
+_TRIES = 3
 NAME = "loop"
 GOAL = "sofa"
 FEW, LARGE, MANY = 10_000, 400_000, 1_000_000
 """Numbers of elements of a usual map, of the largest that can be saved, and of a very large one."""
+
+
+def worst_sentence() -> tuple[float, str]:
+    """The processor time of the slowest sentence of all languages [s], and the words repeated.
+
+    Of several readings of a sentence the median counts.
+    """
+    worst = (0.0, "")
+    for code in languages():
+        language = load_language(code)
+        for words in rows_of_words(code):
+            line = " ".join(islice(cycle(words.split()), MOST_WORDS))[:MOST_LETTERS]
+            read_typed(line, language)  # makes its patterns
+            worst = max(worst, (_reading(code, line), words))
+    return worst
+
+
+def rows_of_words(code: str) -> list[str]:
+    """Rows of words, each once, that the patterns and lists of a language are made of."""
+    return sorted(set(_words(load_language(code).entries)))
+
+
+def _reading(code: str, line: str) -> float:
+    language, times = load_language(code), list[float]()
+    for _ in range(_TRIES):
+        language.grammar.forget()
+        began = time.thread_time()
+        read_typed(line, language)
+        times.append(time.thread_time() - began)
+    return sorted(times)[_TRIES // 2]
+
+
+def _words(entries: Any) -> Iterator[str]:
+    """Rows of words without a choice in what a language's file holds."""
+    if isinstance(entries, str):
+        yield from (" ".join(row.split()) for row in _NOTATION.split(entries) if row.strip())
+    elif isinstance(entries, dict):
+        for key, value in entries.items():
+            if key not in _BESIDE:
+                yield from _words([key, value])
+    elif isinstance(entries, list):
+        for each in entries:
+            yield from _words(each)
 
 
 @dataclass(frozen=True, slots=True)

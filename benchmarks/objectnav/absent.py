@@ -12,14 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.episodes.absent_things import (
-    HomeQuestions,
-    ThingAnswer,
-    absent_episodes,
-    ask_home,
-)
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import EpisodeResult, GoalResult, Variant
+from benchmarks.episodes.absent_things import HomeQuestions, ThingAnswer, absent_episodes, ask_home
+from benchmarks.episodes.episode import EncoderScale, EpisodeResult, GoalResult, Variant
 from benchmarks.harness.bench_plan import (
     ENCODER_ROWS,
     SEARCHED,
@@ -96,10 +90,6 @@ def absent_result(
     """Rows, summary and table of the answers of each row.
 
     The summary is that of the first row; of the searches where no map was asked.
-
-    Args:
-        results: What maps answered, by row.
-        searched: How searches for what is not there ended.
     """
     rows = [{"row": name, **_figures(answers)} for name, answers in results.items()]
     summary = _figures(next(iter(results.values()), ()))

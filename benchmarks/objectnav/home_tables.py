@@ -9,7 +9,7 @@ from benchmarks.episodes.homes import OWN_SHAPE
 from benchmarks.harness.tables import markdown_table
 from sim_stubs.homes.furniture.home_shapes import DEVELOPMENT, FIRST_IN_TURN
 from sim_stubs.homes.home import HELD_OUT
-from sim_stubs.scoring.goals import GOALS
+from sim_stubs.scoring.success import GOALS
 
 
 def homes_table(homes: Sequence[HomeGoals]) -> str:

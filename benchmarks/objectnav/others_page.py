@@ -28,12 +28,7 @@ goals are not reached, and most of those end as not found."""
 
 
 def others_page(folder: Path, page: Path) -> str:
-    """The page of the kept episodes in homes drawn by others; empty without any.
-
-    Args:
-        folder: Folder of the kept episodes.
-        page: The file that the text is for.
-    """
+    """The page of the kept episodes in homes drawn by others; empty without any."""
     lines = Store(results_file(folder, NAME, DEFAULT), EpisodeResult).fullest()
     if not lines:
         return ""

@@ -7,8 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
-from benchmarks.episodes.encoder_scale import EncoderScale
-from benchmarks.episodes.episode import ExplorationResult, QueryResult, Variant
+from benchmarks.episodes.episode import EncoderScale, ExplorationResult, QueryResult, Variant
 from benchmarks.episodes.exploration import SCALE_SETS, HomeToAsk, explore_and_ask
 from benchmarks.harness.bench_plan import (
     ENCODER_ROWS,
@@ -36,7 +35,7 @@ from benchmarks.harness.workers import in_parallel
 from benchmarks.objectnav import paper_figures
 from benchmarks.objectnav.scale_comparison import ScaleComparison
 from benchmarks.objectnav.single_goal import with_scales
-from sim_stubs.scoring.goals import IN_COCO
+from sim_stubs.scoring.success import IN_COCO
 from vizbot.config import Config
 
 NAME = "retrieval"
@@ -105,14 +104,7 @@ def retrieval_result(
     explorations: Sequence[ExplorationResult] = (),
     smoke_test: bool = False,
 ) -> BenchResult:
-    """Rows, summary and tables of these answers.
-
-    Args:
-        answers: Answers to all goals with all scale sets.
-        scales: The default scale set.
-        explorations: Explorations of the maps that were queried.
-        smoke_test: Whether only a part was run.
-    """
+    """Rows, summary and tables of these answers."""
     default = [answer for answer in answers if answer.scales == scales]
     rows: list[dict[str, object]] = [
         {"row": scale_set_text(each), "scales": list(each)} | _rates(_of_scales(answers, each))

@@ -80,12 +80,7 @@ class ScaleComparison:
 
 
 def scales_verdict(better: Sequence[object], page: Path) -> str:
-    """Whether the paper's central result is shown, and how it is decided; empty with no comparison.
-
-    Args:
-        better: Of each comparison, whether three scales beat every single one.
-        page: The file that the text is for.
-    """
+    """Whether the central result is shown, and how it is decided; empty without a comparison."""
     if not better:
         return ""
     rule = "Three scales count as better only where p < 0.05 against each single scale."

@@ -76,12 +76,7 @@ Row = Sequence[StoredResult[EpisodeResult]]
 
 
 def search_page(folder: Path, page: Path) -> str:
-    """The page of the kept rows of a folder; empty without the default row.
-
-    Args:
-        folder: Folder of the kept rows.
-        page: The file that the text is for.
-    """
+    """The page of the kept rows of a folder; empty without the default row."""
     rows = {name: row for name in (FORMER, DEFAULT, *_THIRD) if (row := kept_row(folder, name))}
     if DEFAULT not in rows:
         return ""

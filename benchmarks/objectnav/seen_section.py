@@ -19,12 +19,7 @@ _NOTE = (
 
 
 def seen_section(results: Sequence[EpisodeResult], absent: Sequence[EpisodeResult] = ()) -> str:
-    """The section of a page about these searches; empty where the truth was not kept.
-
-    Args:
-        results: Searches for what is there.
-        absent: Searches for what is not there.
-    """
+    """The section of a page about these searches; empty where the truth was not kept."""
     goals = [result.goals[0] for result in results]
     ended = {
         outcome.replace("_", " "): [goal for goal in goals if goal.outcome is outcome]

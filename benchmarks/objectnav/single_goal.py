@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.episodes.episode import Episode, EpisodeResult, HomeGoals, Variant
 from benchmarks.episodes.oracles import ORACLES
-from benchmarks.episodes.standstill import LAST, RADIUS
+from benchmarks.episodes.run import LAST, RADIUS
 from benchmarks.harness.bench_plan import (
     ABLATION_ROWS,
     ENCODER_ROWS,

@@ -123,11 +123,7 @@ def run_slam_homes(
 ) -> BenchResult:
     """Record the laps that are missing, replay them with every fault, and print the tables.
 
-    Args:
-        seeds: Seeds of the homes; None for the first benchmark homes.
-        quick: Whether to drive only one lap of two homes.
-        config: Settings of the robot.
-        folder: Folder of the results, one for each home and fault.
+    Without `seeds` the first benchmark homes are driven; if `quick`, one lap of two of them.
     """
     homes = list(seeds or range(FIRST_HOME, FIRST_HOME + (2 if quick else HOMES)))
     laps = LapConfig(laps=1 if quick else LapConfig().laps)

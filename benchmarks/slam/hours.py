@@ -86,11 +86,7 @@ class DrivenHours:
 def run_slam_hours(home: int, hours: float, config: Config, folder: Path) -> BenchResult:
     """Record a home if need be, replay it, print a row for each hour, and keep them.
 
-    Args:
-        home: Seed of the home.
-        hours: Duration in the recording's own time [h]; the last row may be a part of an hour.
-        config: Settings of the robot.
-        folder: Folder of the results.
+    It takes `hours` [h] of the recording's own time; the last row may be a part of an hour.
     """
     laps, fingerprint = LapConfig(), Fingerprint.taken(config.clip)
     recordings = recording_folder(fingerprint, laps, config)
@@ -129,11 +125,7 @@ def track_hours(frames: Iterator[ReplayFrame], hours: float, config: Config) -> 
 
 @dataclass
 class _Log:
-    """Frames of one hour.
-
-    Attributes:
-        last: The frame before them.
-    """
+    """Frames of one hour."""
 
     last: ReplayFrame
     way: float = 0.0

@@ -47,12 +47,7 @@ relocalisation were made after reading home 1008. In the corridor the mount is a
 
 
 def slam_page(folder: Path, page: Path) -> str:
-    """The page of all pose benchmarks; empty before any home was driven.
-
-    Args:
-        folder: Folder of the kept rows.
-        page: The file that the text is for; its links begin there.
-    """
+    """The page of all pose benchmarks; empty before any home was driven."""
     laps = Store(folder / "homes.jsonl", LapResult).fullest()
     if not laps:
         return ""

@@ -135,12 +135,7 @@ def sequence_result(
 
 
 def sequence_table(rows: Sequence[Mapping[str, object]], summary: Mapping[str, Any]) -> str:
-    """The table of these rows, and what its columns mean.
-
-    Args:
-        rows: Rows of a result of `run_slam`, ours first.
-        summary: Its summary.
-    """
+    """The table of these rows, and what its columns mean."""
     header = ("method", "ATE online [m]", "final", "RPE [m/m]", "[degrees/m]", "tracked",
               "scored", "ms mean", "median", "95th percentile")  # fmt: skip
     text = markdown_table(

@@ -232,13 +232,7 @@ class FaultSchedule:
         now: Callable[[], float],
         seed: int,
     ) -> None:
-        """Begin a run.
-
-        Args:
-            planned: Faults of the run.
-            now: Returns the time of the run [s].
-            seed: Seed of the times of faults with a rate.
-        """
+        """Begin a run; `now` returns its time [s], `seed` draws times of faults with a rate."""
         self._now = now
         self._rolls: Callable[[], bool] = lambda: True
         rng = np.random.default_rng((seed, 6))

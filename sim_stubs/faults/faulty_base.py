@@ -152,14 +152,7 @@ class FaultyRoomba:
     def __init__(
         self, body: Body, schedule: FaultSchedule, seed: int, place: Callable[[SE3], None]
     ) -> None:
-        """Open a pseudo-terminal.
-
-        Args:
-            body: Body of the robot in its world.
-            schedule: Schedule of the faults.
-            seed: Seed of corrupted bytes, and of where the robot is carried to.
-            place: Moves the robot to T_world_base.
-        """
+        """Open a pseudo-terminal."""
         self.body = FaultyBody(body, schedule, seed, place)
         self._schedule = schedule
         self._line = FaultyLine(schedule, seed)

@@ -45,14 +45,7 @@ class FaultyBody:
     def __init__(
         self, body: Body, schedule: FaultSchedule, seed: int, place: Callable[[SE3], None]
     ) -> None:
-        """Wrap a body.
-
-        Args:
-            body: Body of the robot in its world.
-            schedule: Schedule of the faults.
-            seed: Seed of where the robot is carried to.
-            place: Moves the robot to T_world_base.
-        """
+        """Wrap a body."""
         self._body = body
         self._schedule = schedule
         self._place = place

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from sim_stubs.homes.furniture.paint import COLOURS, painted_plain
 from sim_stubs.homes.geometry.bounding_block import FACING
-from sim_stubs.homes.geometry.free_space import PASSAGE, FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance, Room
-from sim_stubs.homes.geometry.occupancy_slice import PlanGrid, clearance
-from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.occupancy_slice import PASSAGE, FreeSpace, PlanGrid, clearance
+from sim_stubs.homes.geometry.solids import Piece
 
 GOAL = "yellow chair"
 """Label of the goal of a rehearsal."""

@@ -26,8 +26,8 @@ from sim_stubs.homes.furniture.home_shapes import FIRST_IN_TURN, GOALS, HomeShap
 from sim_stubs.homes.furniture.sampler import ModelSampler, model_sampler
 from sim_stubs.homes.furniture.source import furniture_source
 from sim_stubs.homes.geometry.bounding_block import FACING, Block
-from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.goal_chair import FIRST_DISTANCE, with_goal
 from sim_stubs.homes.start_pose import distances, standing_room, starts, things_named
 from vizbot.core.errors import ConfigError

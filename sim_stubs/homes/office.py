@@ -20,11 +20,9 @@ from sim_stubs.homes.furniture.catalogue import read_catalogue
 from sim_stubs.homes.furniture.fitting import Slot, Source, furnished
 from sim_stubs.homes.furniture.paint import painted_plain
 from sim_stubs.homes.furniture.source import furniture_source
-from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance
-from sim_stubs.homes.geometry.occupancy_slice import PlanGrid, occupied
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace, PlanGrid, occupied
+from sim_stubs.homes.geometry.solids import Piece, triangles
 from sim_stubs.homes.goal_chair import FIRST_DISTANCE, YELLOW, is_passable
 from sim_stubs.homes.textures.surfaces import finish
 from vizbot.core.errors import ConfigError

@@ -8,9 +8,8 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.geometry.free_space import CELL, FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance, Room
-from sim_stubs.homes.geometry.occupancy_slice import clearance
+from sim_stubs.homes.geometry.occupancy_slice import CELL, FreeSpace, clearance
 from sim_stubs.homes.goal_chair import FIRST_DISTANCE, GOAL
 from vizbot.core.home_vocabulary import class_of, kinds
 

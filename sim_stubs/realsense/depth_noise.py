@@ -1,4 +1,4 @@
-"""Depth errors of a D435i: noise, steps, holes, bleeding, limited range.
+"""Errors of a D435i's colours, and of its depth: noise, steps, holes, bleeding, limited range.
 
 Stereo measures disparity d = f B / z, so an error of disparity grows in depth with z^2 / (f B)
 (Intel, "Best-Known-Methods for Tuning Intel RealSense D400 Depth Cameras", section on depth RMS).
@@ -10,12 +10,14 @@ against the last one near by.
 
 from __future__ import annotations
 
+from math import exp
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from sim_stubs.realsense.config import DepthNoiseConfig
+from sim_stubs.realsense.config import ColourNoiseConfig, DepthNoiseConfig
 from vizbot.core.geometry import transform
 from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
@@ -227,3 +229,71 @@ def _patches(
     mixed = (x ^ y ^ z) & 0xFFFFFFFF
     mixed = ((mixed ^ mixed >> 15) * 0x2C1B3C6D) & 0xFFFFFFFF
     return np.asarray(NORMAL[(mixed ^ mixed >> 13) >> 8 & 255])
+
+
+class AutoExposure:
+    """The gain of a camera, which follows the brightness of its pictures."""
+
+    def __init__(self, config: ColourNoiseConfig) -> None:
+        self._config = config
+        self._stops: float | None = None
+
+    def gain(self, rgb: NDArray[np.uint8], seconds: float) -> float:
+        """Factor by which the next picture is brighter than rendered.
+
+        Args:
+            rgb: The rendered picture (H, W, 3).
+            seconds: Time since the last picture [s]; the first one is exposed correctly.
+        """
+        config = self._config
+        mean = max(float(np.mean(rgb[::8, ::8])), 1.0)
+        wanted = config.exposure_control * float(np.log2(config.exposure_target / mean))
+        if self._stops is None or config.exposure_lag == 0:
+            self._stops = wanted
+        else:
+            kept = exp(-seconds / config.exposure_lag)
+            self._stops = kept * self._stops + (1.0 - kept) * wanted
+        return float(2.0**self._stops)
+
+
+def noisy_colour(
+    rgb: NDArray[np.uint8],
+    gain: float,
+    shift: float,
+    config: ColourNoiseConfig,
+    rng: np.random.Generator,
+) -> NDArray[np.uint8]:
+    """Add the errors of a camera to a picture (H, W, 3).
+
+    Args:
+        rgb: The rendered picture.
+        gain: Gain of the exposure.
+        shift: How far the picture moves along its rows during the exposure [px].
+        config: The error model.
+        rng: Source of the noise, of which always as much is drawn, whatever is switched off.
+    """
+    flicker = 1.0 + config.flicker * float(rng.standard_normal())
+    draws = random_bytes((rgb.shape[0], rgb.shape[1]), rng)
+    blurred = motion_blurred(rgb, shift)
+    exposed = cv2.convertScaleAbs(blurred, alpha=gain * flicker) if gain * flicker != 1 else blurred
+    # One draw for the three channels: most of the noise of a small sensor is in brightness.
+    error = np.round(config.noise * gain * NORMAL)
+    more, less = (
+        cv2.cvtColor(
+            cv2.LUT(draws, np.clip(sign * error, 0, 255).astype(np.uint8)), cv2.COLOR_GRAY2RGB
+        )
+        for sign in (1, -1)
+    )
+    brighter = cv2.add(exposed, more, dst=more)
+    return np.asarray(cv2.subtract(brighter, less, dst=brighter), np.uint8)
+
+
+def motion_blurred(rgb: NDArray[np.uint8], shift: float) -> NDArray[np.uint8]:
+    """A picture smeared over `shift` [px] along its rows, half to each side."""
+    length = abs(shift)
+    if length <= 1.0:
+        return rgb
+    reach = int(np.ceil((length - 1.0) / 2))
+    edges = np.clip(np.arange(-reach, reach + 2) - 0.5, -length / 2, length / 2)
+    kernel = np.diff(edges) / length
+    return np.asarray(cv2.sepFilter2D(rgb, -1, kernel, np.ones(1)), np.uint8)

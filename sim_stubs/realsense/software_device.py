@@ -2,12 +2,17 @@
 
 Plugged into a context it is opened like a camera; recorded, it gives a `.db3` that any RealSense
 program plays.
+
+A `.db3` is a rosbag2 database: a table of topics and one of messages, with times in nanoseconds.
+The SDK's recorder leaves out some metadata of a software device.
 """
 
 from __future__ import annotations
 
+import re
+import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,23 +21,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.realsense.sdk import rs
-from sim_stubs.realsense.db3_metadata import add_imu_extrinsics, naming, require_all, set_pace
+from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert
 from vizbot.core.types import SE3, Intrinsics
 
+_STAMP = re.compile(rb"(?<=[;\0])timestamp=([-+.0-9]+)")
 COLOR = Intrinsics(width=640, height=480, fx=610.0, fy=610.0, cx=322.0, cy=243.0)
 """Typical intrinsics of a D435i's colour camera at 640x480."""
-
 DEPTH = Intrinsics(width=640, height=480, fx=385.0, fy=385.0, cx=320.5, cy=240.5)
 """Typical intrinsics of a D435i's depth camera at 640x480."""
-
 GYRO_RATE = 200
 ACCEL_RATE = 100
 _DEPTH_UNITS = 0.001
-
-
 Controls = tuple[tuple[Any, float, float, float], ...]
-
 STEREO_CONTROLS: Controls = (
     (rs.option.visual_preset, 0, 5, 0),
     (rs.option.emitter_enabled, 0, 2, 1),
@@ -43,16 +44,90 @@ STEREO_CONTROLS: Controls = (
     (rs.option.global_time_enabled, 0, 1, 1),
 )
 """Option, least and greatest value, default."""
-
 COLOUR_CONTROLS: Controls = (
     (rs.option.auto_exposure_priority, 0, 1, 1),
     (rs.option.enable_auto_exposure, 0, 1, 1),
     (rs.option.global_time_enabled, 0, 1, 1),
 )
 """As `STEREO_CONTROLS`."""
-
 MOTION_CONTROLS: Controls = ((rs.option.global_time_enabled, 0, 1, 1),)
 """As `STEREO_CONTROLS`."""
+
+
+@contextmanager
+def naming(recording: Path) -> Iterator[None]:
+    """Turn errors of SQLite and the SDK into one that names the recording.
+
+    Raises:
+        ConfigError: the recording could not be written.
+    """
+    try:
+        yield
+    except (sqlite3.Error, RuntimeError) as error:
+        raise ConfigError(
+            f"cannot write {recording}: {error}; make room on its disk, or record to another"
+        ) from error
+
+
+def require_all(recording: Path, count: int) -> None:
+    """Check the number of images and samples: the recorder drops those that find no room.
+
+    Raises:
+        sqlite3.Error: there are fewer.
+    """
+    with closing(sqlite3.connect(recording)) as database:
+        (there,) = database.execute(
+            "SELECT COUNT(*) FROM messages JOIN topics ON topics.id = topic_id"
+            " WHERE name LIKE '%/image/data/%' OR name LIKE '%/imu/data'"
+        ).fetchone()
+    if there < count:
+        raise sqlite3.OperationalError(f"{count - there} of {count} images and samples are lost")
+
+
+def add_imu_extrinsics(recording: Path, T_imu_depth: SE3) -> None:
+    """Write where the IMU is, as a recording of a real camera does; the SDK's recorder leaves it.
+
+    The message is a `std_msgs/msg/String` in CDR (little endian, length with the closing zero).
+    It maps from the reference, which is the depth camera, to the stream.
+    """
+    rotation = ",".join(f"{x:f}" for x in T_imu_depth[:3, :3].T.ravel())
+    translation = ",".join(f"{x:f}" for x in T_imu_depth[:3, 3])
+    text = f"rotation={rotation};translation={translation}".encode() + b"\0"
+    message = b"\x00\x01\x00\x00" + len(text).to_bytes(4, "little") + text
+    with closing(sqlite3.connect(recording)) as database, database:
+        for stream in ("Gyro", "Accel"):
+            topic = database.execute(
+                "INSERT INTO topics (name, type, serialization_format, offered_qos_profiles)"
+                " VALUES (?, 'std_msgs/msg/String', 'cdr', '')",
+                (f"/device_0/sensor_2/{stream}_0/tf/ref_1",),
+            ).lastrowid
+            database.execute(
+                "INSERT INTO messages (topic_id, timestamp, data) VALUES (?, 0, ?)",
+                (topic, message),
+            )
+
+
+def set_pace(recording: Path) -> None:
+    """Give each message the time of its stamp, by which real-time playback goes.
+
+    The recorder writes when it was pushed. The messages of one image or sample have one time, and
+    one of them, the metadata, holds its stamp [ms].
+    """
+    with closing(sqlite3.connect(recording)) as database, database:
+        rows = database.execute(
+            "SELECT timestamp, data FROM messages JOIN topics ON topics.id = topic_id"
+            " WHERE name LIKE '%/metadata' ORDER BY messages.id"
+        ).fetchall()
+        stamps = {
+            pushed: float(found[1]) for pushed, text in rows if (found := _STAMP.search(text))
+        }
+        first = min(stamps.values(), default=0.0)
+        for pushed, stamp in stamps.items():
+            # What has no stamp, as the description of the device, is at 0 and comes first. Negative
+            # times are those that are set already, since old and new ones may coincide.
+            due = -round(1e6 * (stamp - first)) - 1
+            database.execute("UPDATE messages SET timestamp = ? WHERE timestamp = ?", (due, pushed))
+        database.execute("UPDATE messages SET timestamp = -timestamp WHERE timestamp < 0")
 
 
 def add_controls(sensor: Any, controls: Controls) -> None:
@@ -170,11 +245,7 @@ class SoftwareD435i:
         self._push_motion("accel", self._accel_profile, force, stamp)
 
     def plug_in(self, context: Any = None) -> Any:
-        """Add the camera to an `rs.context`; to a new one if none is given.
-
-        Returns:
-            The context.
-        """
+        """Add the camera to an `rs.context`; to a new one if none is given."""
         if context is None:
             context = rs.context()
             # The context itself would forget the device at once; the list of arrivals keeps it.

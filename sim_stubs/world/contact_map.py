@@ -28,13 +28,7 @@ class ContactMap:
     """The true shapes of a house in two layers: the base's, and above it the mast's."""
 
     def __init__(self, house: House, outline: Outline, resolution: float = 0.01) -> None:
-        """Cut the house into layers.
-
-        Args:
-            house: The house.
-            outline: The robot's.
-            resolution: Edge of a cell [m].
-        """
+        """Cut the house into layers of cells with edges of `resolution` [m]."""
         everything = triangles(house.parts())
         self._grid = grid_around(everything, resolution)
         self._base = _Layer(everything, *BASE_LAYER, self._grid)

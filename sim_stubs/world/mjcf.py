@@ -25,14 +25,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.geometry.extent import require_home_sized
-from sim_stubs.homes.geometry.free_space import FLOOR
-from sim_stubs.homes.geometry.house import House, Instance, Room
-from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import box, by_material, moved_part, triangles
+from sim_stubs.homes.geometry.house import House, Instance, Room, require_home_sized
+from sim_stubs.homes.geometry.occupancy_slice import FLOOR
+from sim_stubs.homes.geometry.solids import Part, Piece, box, by_material, moved_part, triangles
 from sim_stubs.homes.textures import canvas
-from sim_stubs.world.mjcf_geoms import GeomAppearance, dressed, primitive
-from sim_stubs.world.mjcf_things import Thing, Things, heading, named_things, owner, read_labels
+from sim_stubs.world.mjcf_things import (
+    GeomAppearance,
+    Thing,
+    Things,
+    dressed,
+    heading,
+    named_things,
+    owner,
+    primitive,
+    read_labels,
+)
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, planar, transform, yaw_of
 from vizbot.core.types import SE3

@@ -1,29 +1,102 @@
-"""What is an instance in an MJCF file: bodies and geoms, by their own names or by given labels."""
+"""What is an instance in an MJCF file: bodies and geoms, by their own names or by given labels.
+
+Source of the primitive geoms' meshes: MuJoCo documentation, "XML reference", body/geom (`type`,
+`size`) and asset/material (`texrepeat`, `texuniform`).
+"""
 
 from __future__ import annotations
 
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+import sim_stubs.world.renderer  # noqa: F401  chooses the renderer, which MuJoCo takes on import
+from sim_stubs.homes.geometry.solids import (
+    WHITE,
+    Part,
+    Surface,
+    box,
+    cushion,
+    cylinder,
+    flat_panel,
+    joined,
+)
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular
 from vizbot.core.geometry import yaw_of
 
-# isort: split
-import sim_stubs.world.renderer  # noqa: F401  chooses the renderer, which MuJoCo takes on import
-
-# isort: split
-import mujoco
-
+STEPS = 12
+"""Number of faces of a round geom between its poles."""
 _LABELLED = re.compile(r"(.+)#\w+")
-
-
 _LARGEST = 1024 * 1024
 """Size of a file of labels that is read [bytes]."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GeomAppearance:
+    """Appearance of a geom.
+
+    Attributes:
+        rgba: (4,) in [0, 1].
+        texture: PNG file, or None.
+        repeat: (2,) copies of the texture, over each face or over a metre.
+        uniform: Whether `repeat` counts copies over a metre.
+    """
+
+    rgba: NDArray[np.float64]
+    texture: Path | None = None
+    repeat: tuple[float, float] = (1.0, 1.0)
+    uniform: bool = False
+
+
+def dressed(part: Part, look: GeomAppearance) -> Part:
+    """The part in these colours."""
+    texcoords = part.texcoords * np.asarray(look.repeat, np.float32)
+    rgba = look.rgba.astype(np.float32)
+    return replace(part, rgba=rgba, texture=look.texture, texcoords=texcoords)
+
+
+def primitive(kind: str, size: NDArray[np.float64], look: GeomAppearance) -> Part | None:
+    """A geom around its origin; None for a kind that is no primitive.
+
+    Args:
+        kind: "plane", "sphere", "capsule", "ellipsoid", "cylinder" or "box".
+        size: (3,) as MuJoCo has it: half extents or radius and half length [m].
+        look: Appearance of the geom.
+    """
+    shape = _shape(kind, size, WHITE, 1.0 if look.uniform else 0.0)
+    return None if shape is None else dressed(shape, look)
+
+
+def _shape(kind: str, size: NDArray[np.float64], white: Surface, tile: float) -> Part | None:
+    a, b, c = (float(value) for value in size)
+    match kind:
+        case "plane":
+            return flat_panel((-a, -b, 0.0), (2 * a, 0, 0), (0, 2 * b, 0), white, tile)
+        case "box":
+            return box((0.0, 0.0, -c), (2 * a, 2 * b, 2 * c), white, tile)
+        case "cylinder":
+            return cylinder((0.0, 0.0, -b), a, 2 * b, white, segments=2 * STEPS)
+        case "sphere":
+            return _ellipsoid(a, a, a, 0.0)
+        case "ellipsoid":
+            return _ellipsoid(a, b, c, 0.0)
+        case "capsule":
+            middle = cylinder((0.0, 0.0, -b), a, 2 * b, white, segments=2 * STEPS)
+            return joined([middle, _ellipsoid(a, a, a, -b), _ellipsoid(a, a, a, b)])
+    return None
+
+
+def _ellipsoid(a: float, b: float, c: float, z: float) -> Part:
+    """Half axes; z of its centre [m]."""
+    return cushion((0.0, 0.0, z - c), (2 * a, 2 * b, 2 * c), WHITE, 1.0, STEPS)
 
 
 def read_labels(path: Path) -> dict[str, str]:
@@ -52,12 +125,7 @@ def read_labels(path: Path) -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A body or geom that is an instance.
-
-    Attributes:
-        name: Its name in the file.
-        label: The class that it is an instance of.
-    """
+    """A body or geom that is an instance."""
 
     name: str
     label: str
@@ -73,11 +141,6 @@ class Things:
 
 def named_things(model: mujoco.MjModel, labels: Mapping[str, str], world: str) -> Things:
     """What is an instance: bodies named `label#n`, and what `labels` names, bodies before geoms.
-
-    Args:
-        model: The file.
-        labels: Labels by the name of a body or geom.
-        world: What the file is called in an error.
 
     Raises:
         ConfigError: no body or geom has one of the names.

@@ -21,7 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.mirror import Mirror, MirrorPixels
-from sim_stubs.homes.geometry.piece import Part
+from sim_stubs.homes.geometry.solids import Part
 from sim_stubs.world.lighting import LAMP, Lighting, lamp_weights
 from sim_stubs.world.visibility import Visibility
 from vizbot.core.errors import ConfigError, DeviceError

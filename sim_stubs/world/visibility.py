@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.house import House
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.homes.geometry.solids import Part, triangles
 from vizbot.core.program.kernels import njit
 from vizbot.core.types import SE3, Intrinsics
 

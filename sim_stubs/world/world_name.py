@@ -14,8 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.home import home_and_space, notice_of
 from sim_stubs.homes.start_pose import start_for, things_named
 from sim_stubs.world.body import Outline
@@ -45,13 +45,8 @@ def open_world(
 ) -> World:
     """The world that `--world` names: a seed, `office`, or a file.
 
-    Args:
-        spec: The name.
-        config: Settings of the robot's body.
-        T_base_cam: Mount of the camera; None for the usual one.
-        text: As `plan_world` takes it.
-        labels: As there.
-        start: As there.
+    Goal, labels and start are as `plan_world` takes them. Without `T_base_cam` the camera has its
+    usual mount.
 
     Raises:
         ConfigError: as there, or the robot cannot stand at `start`.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import isfinite, nan, radians
 from pathlib import Path
 
-from sim_stubs.homes.sweet_home.archive import is_home
+from sim_stubs.homes.sweet_home.plan import is_home
 from vizbot.core.errors import ConfigError
 
 MJCF = (".xml", ".mjcf")

@@ -6,9 +6,8 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.claims import pages
-from benchmarks.claims.claims import read_claims
-from benchmarks.claims.facts import kept_facts
-from benchmarks.claims.readme_table import BEGIN, END
+from benchmarks.claims.claims import kept_facts, read_claims
+from benchmarks.claims.pages import BEGIN, END
 from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult
 from benchmarks.harness.store import Store
 from tests.helpers.checkout import ROOT

@@ -10,12 +10,18 @@ import numpy as np
 import pytest
 
 from benchmarks.harness.fingerprint import ROOT
-from benchmarks.loop import bench, rehearsal, stages
+from benchmarks.loop import bench, rehearsal
 from benchmarks.loop.bench import longest_over_p95
-from benchmarks.loop.rehearsal import PrintedStep, mean_tick, processor_time, rehearse, rival
-from benchmarks.loop.stages import StageTimer
-from benchmarks.loop.ticks import Ticks, blown_up
-from benchmarks.loop.tree import Tree, checked_out
+from benchmarks.loop.rehearsal import (
+    PrintedStep,
+    Tree,
+    checked_out,
+    mean_tick,
+    processor_time,
+    rehearse,
+    rival,
+)
+from benchmarks.loop.ticks import StageTime, StageTimer, Ticks, blown_up
 from benchmarks.loop.waits import DIMENSION, SpanTimer, Waits, widened
 from mapping.clip.likeliest_places import belief_of_map
 from mapping.clip.place_rows import PlaceMap
@@ -41,9 +47,11 @@ def test_time_of_a_stage_inside_another_is_its_own_alone(monkeypatch):
         def run(self):
             worked(0.05)
 
-    monkeypatch.setattr(stages, "STAGES", (("outer", Outer, ("run",)), ("inner", Inner, ("run",))))
+    monkeypatch.setattr(
+        "benchmarks.loop.ticks.STAGES", (("outer", Outer, ("run",)), ("inner", Inner, ("run",)))
+    )
     timer, original = StageTimer(), Outer.run
-    timer.times = {"outer": stages.StageTime(), "inner": stages.StageTime()}
+    timer.times = {"outer": StageTime(), "inner": StageTime()}
     with timer.installed():
         Outer().run()
         assert timer.times["inner"].processor == 0.0  # it does not measure yet

@@ -8,9 +8,14 @@ import pytest
 
 from benchmarks.harness.store import Store
 from benchmarks.planner import bench, peers
-from benchmarks.planner.bench import CaseTimes, PlannerRun, PlannerTime, planner_result
+from benchmarks.planner.bench import (
+    CaseTimes,
+    PlannerRun,
+    PlannerTime,
+    planner_page,
+    planner_result,
+)
 from benchmarks.planner.grids import planner_cases, recorded_map, recorded_maps
-from benchmarks.planner.page import planner_page
 from vizbot.core.errors import VizbotError
 
 

@@ -8,9 +8,14 @@ import pytest
 
 from benchmarks.harness.store import Store
 from benchmarks.questions import bench
-from benchmarks.questions.bench import MarkedAnswer, RecordingAnswers, questions_result
-from benchmarks.questions.page import questions_page
-from benchmarks.questions.places import marked_points, read_questions
+from benchmarks.questions.bench import (
+    MarkedAnswer,
+    RecordingAnswers,
+    marked_points,
+    questions_page,
+    questions_result,
+    read_questions,
+)
 from drivers.tum_sequence import RecordedSequence
 from mapping.tum import write_trajectory
 from vizbot.config import Config

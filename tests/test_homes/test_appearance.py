@@ -6,8 +6,7 @@ import pytest
 
 from sim_stubs.homes.furniture.appearance import Appearance, appearance, colour_word
 from sim_stubs.homes.furniture.shapes.curved_solids import translucent
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import box
+from sim_stubs.homes.geometry.solids import Piece, box
 
 
 def piece(name, *parts):

@@ -4,11 +4,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from sim_stubs.homes.floor_plan.checks import all_reached, away_from, free_spots
-from sim_stubs.homes.floor_plan.floor_plan import floor_plan
-from sim_stubs.homes.floor_plan.room_layout import room_layout
+from sim_stubs.homes.floor_plan.floor_plan import all_reached, away_from, floor_plan, free_spots
+from sim_stubs.homes.floor_plan.room_layout import AREAS, NARROWEST, WALL, Rectangle, room_layout
 from sim_stubs.homes.floor_plan.room_openings import Stretch, doorway, wide_passage
-from sim_stubs.homes.floor_plan.room_rectangle import AREAS, NARROWEST, WALL, Rectangle
 from sim_stubs.homes.floor_plan.walls import build_structure
 from sim_stubs.homes.geometry.occupancy_slice import clearance, grid_around, occupied, reachable
 from sim_stubs.homes.geometry.solids import triangles

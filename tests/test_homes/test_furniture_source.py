@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 
 from sim_stubs.homes.furniture.appearance import appearance
-from sim_stubs.homes.furniture.catalogue import instances, load_model, read_catalogue
-from sim_stubs.homes.furniture.classes import CLASSES
+from sim_stubs.homes.furniture.catalogue import CLASSES, instances, load_model, read_catalogue
 from sim_stubs.homes.furniture.procedural import SHAPES
-from sim_stubs.homes.furniture.source import CEILING, HANGING, furniture_source
-from sim_stubs.homes.furniture.split import SHARED_PICTURES, split
+from sim_stubs.homes.furniture.source import (
+    CEILING,
+    HANGING,
+    SHARED_PICTURES,
+    furniture_source,
+    split,
+)
 from sim_stubs.homes.geometry.solids import triangles
 from vizbot.core.errors import ConfigError
 

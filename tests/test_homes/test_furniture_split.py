@@ -1,8 +1,7 @@
 import pytest
 
-from sim_stubs.homes.furniture.catalogue import CATALOGUE, Entry, instances, read_catalogue
-from sim_stubs.homes.furniture.classes import CLASSES
-from sim_stubs.homes.furniture.split import DESIGNS, counts, design_of, split
+from sim_stubs.homes.furniture.catalogue import CATALOGUE, CLASSES, Entry, instances, read_catalogue
+from sim_stubs.homes.furniture.source import DESIGNS, counts, design_of, split
 
 REAL = read_catalogue()
 needs_package = pytest.mark.skipif(

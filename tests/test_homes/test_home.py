@@ -5,8 +5,8 @@ import pytest
 
 from sim_stubs.homes.furniture.home_shapes import GOALS
 from sim_stubs.homes.geometry.bounding_block import Block
-from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import Room
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.goal_chair import DECOYS, FIRST_DISTANCE, GOAL
 from sim_stubs.homes.home import home, home_and_space

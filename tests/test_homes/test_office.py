@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from sim_stubs.homes.geometry.free_space import FreeSpace
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.office import GOALS, office
 from sim_stubs.homes.textures.surfaces import finish

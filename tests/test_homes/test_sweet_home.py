@@ -7,8 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_stubs.homes.geometry.free_space import FreeSpace
-from sim_stubs.homes.geometry.occupancy_slice import grid_around, occupied
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace, grid_around, occupied
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.sweet_home.home import read_home
 from sim_stubs.homes.sweet_home.walls import Hole, Wall, WallFinish, build_walls, rounded

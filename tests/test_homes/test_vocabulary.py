@@ -3,7 +3,7 @@ from collections import Counter
 import pytest
 
 from sim_stubs.homes.furniture import procedural
-from sim_stubs.homes.furniture.classes import CLASSES
+from sim_stubs.homes.furniture.catalogue import CLASSES
 from vizbot.core import home_vocabulary as vocabulary
 from vizbot.core.home_vocabulary import (
     COLOURS,

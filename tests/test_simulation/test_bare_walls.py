@@ -10,8 +10,7 @@ from benchmarks.episodes.homes import house_of, start_of
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.mirror import Mirror
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import box
+from sim_stubs.homes.geometry.solids import Piece, box
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import start_for
 from sim_stubs.world.bare import bare

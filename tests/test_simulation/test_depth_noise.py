@@ -1,9 +1,15 @@
 import numpy as np
 import pytest
 
-from sim_stubs.realsense.colour_noise import AutoExposure, motion_blurred, noisy_colour
 from sim_stubs.realsense.config import ColourNoiseConfig, DepthNoiseConfig
-from sim_stubs.realsense.depth_noise import noisy_depth, occluded, random_bytes
+from sim_stubs.realsense.depth_noise import (
+    AutoExposure,
+    motion_blurred,
+    noisy_colour,
+    noisy_depth,
+    occluded,
+    random_bytes,
+)
 from vizbot.core.geometry import planar
 from vizbot.core.types import Intrinsics
 

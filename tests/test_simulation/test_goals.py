@@ -6,10 +6,9 @@ import pytest
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
 from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import box
-from sim_stubs.scoring.goals import GOALS, IN_COCO, goals_of
+from sim_stubs.homes.geometry.solids import Piece, box
 from sim_stubs.scoring.shortest_path import nearest_path_length
+from sim_stubs.scoring.success import GOALS, IN_COCO, goals_of
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import World
 from vizbot.core.geometry import yaw_of

@@ -8,8 +8,7 @@ from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_str
 from sim_stubs.homes.furniture.paint import painted_plain
 from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import box, cylinder
+from sim_stubs.homes.geometry.solids import Piece, box, cylinder
 from sim_stubs.scoring.success import (
     GoalScorer,
     distance_to,

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_stubs.homes.geometry.free_space import FreeSpace
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.world import mjcf
 from sim_stubs.world.config import WorldConfig

@@ -13,9 +13,8 @@ from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.playback import RealSenseRecording
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.config import SimulatedRealSenseConfig
-from sim_stubs.realsense.db3_metadata import require_all
 from sim_stubs.realsense.footage import record_footage
-from sim_stubs.realsense.software_device import SoftwareD435i
+from sim_stubs.realsense.software_device import SoftwareD435i, require_all
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world_name import open_world
 from sim_stubs.world.world_plan import D435I_COLOUR

@@ -13,15 +13,15 @@ from training.augmentation import augmented, swap_channels
 from training.batch_texts import draw_texts, truth_of
 from training.captions.captions import Caption, target
 from training.captions.facts import FACT_INDEX, Facts
-from training.export import export_model
-from training.patch_pool import PatchPool
-from training.text_stage import TextStageConfig, train_text_tower
-from training.tokenizer import VOCABULARY, train_tokenizer
+from training.text_stage import TextStageConfig, export_model, train_text_tower
 from training.training import (
+    VOCABULARY,
+    PatchPool,
     TrainingConfig,
     chosen_threshold,
     contrastive_loss,
     train,
+    train_tokenizer,
 )
 from training.views import LabelledPatches
 from vizbot.core.errors import ConfigError

@@ -7,7 +7,7 @@ import pytest
 
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.solids import triangles
-from training.furniture_variety import another
+from training.views import another
 
 
 @pytest.fixture(scope="module")

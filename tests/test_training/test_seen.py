@@ -8,9 +8,8 @@ from sim_stubs.homes.furniture.appearance import Appearance
 from sim_stubs.homes.furniture.paint import painted_in_shades
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from training.captions.facts import FACTS
-from training.captions.house_facts import HouseFacts, piece_facts
+from training.captions.house_facts import HouseFacts, piece_facts, related
 from training.captions.patch_facts import seen
-from training.captions.spatial_relations import related
 from vizbot.core.geometry import camera_mount, planar
 from vizbot.core.types import Intrinsics
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from benchmarks.loop.sentences import rows_of_words
+from benchmarks.loop.bench import rows_of_words
 from tests.helpers.spoken import PHRASES
 from vizbot.objectnav.tasks import ShortMove, Task
 from vizbot.operator.language.command import (

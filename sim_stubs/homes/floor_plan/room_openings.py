@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sim_stubs.homes.floor_plan.room_rectangle import WALL, Rectangle
+from sim_stubs.homes.floor_plan.room_layout import WALL, Rectangle
 from sim_stubs.homes.floor_plan.walls import Opening
 from sim_stubs.homes.geometry.solids import Surface
 from sim_stubs.homes.textures.surfaces import finish

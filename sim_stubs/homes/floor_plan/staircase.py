@@ -10,8 +10,9 @@ import numpy as np
 
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Part, Piece
 from sim_stubs.homes.geometry.solids import (
+    Part,
+    Piece,
     Surface,
     box,
     by_material,
@@ -49,14 +50,7 @@ class _Look:
 
 
 def staircase(stairs: Stairs, height: float, rng: Random, held_out: bool) -> Instance:
-    """Procedural stairs in their place.
-
-    Args:
-        stairs: The place.
-        height: Height of the ceiling, to which stairs upwards rise [m].
-        rng: Source of material and railings.
-        held_out: Whether the materials are those of benchmark homes.
-    """
+    """Procedural stairs in their place; those upwards rise to the ceiling, at `height` [m]."""
     look = _look(rng, held_out)
     if stairs.kind == "down":
         return placed(stairs, _piece(_stairwell(stairs, look)))

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.geometry.bounding_block import Block, wall_span
 from sim_stubs.homes.geometry.house import Room
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, by_material, flat_panel
+from sim_stubs.homes.geometry.solids import Part, Surface, box, by_material, flat_panel
 
 CEILING = (0.93, 0.93, 0.92)
 TRIM = (0.90, 0.90, 0.88)

@@ -17,8 +17,7 @@ from sim_stubs.homes.geometry.bounding_block import (
     facing_of,
 )
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.homes.geometry.solids import Piece, triangles
 
 
 def at_same_wall(
@@ -89,14 +88,9 @@ def around(layout: RoomLayout, table: Instance, chair: Piece, count: int) -> lis
 def on_top(
     layout: RoomLayout, support: Instance, piece: Piece, *, spot: str = "any", uneven: float = 0.015
 ) -> Instance | None:
-    """A piece on an even spot of `support`, facing as it does.
+    """A piece on an even spot of `support`, "any" or the "middle", facing as it does.
 
-    Args:
-        layout: The room.
-        support: The instance below.
-        piece: The piece to place.
-        spot: "any" or "middle".
-        uneven: The most the surface below may rise and fall [m].
+    The surface below may rise and fall by `uneven` [m] at most.
     """
     facing, under = facing_of(support), Block.around(support)
     shape = centred(0.0, 0.0, piece.size, facing)

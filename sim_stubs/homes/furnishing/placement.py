@@ -17,16 +17,10 @@ import numpy as np
 
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, before_opening, wall_of
-from sim_stubs.homes.geometry.bounding_block import (
-    FACING,
-    Block,
-    at_wall,
-    centred,
-    wall_span,
-)
-from sim_stubs.homes.geometry.free_space import DRIVEN_OVER, PASSAGE, ROBOT_HEIGHT
+from sim_stubs.homes.geometry.bounding_block import FACING, Block, at_wall, centred, wall_span
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.occupancy_slice import DRIVEN_OVER, PASSAGE, ROBOT_HEIGHT
+from sim_stubs.homes.geometry.solids import Piece
 from vizbot.core.distance import distance_to_zero
 
 GAP = 0.03
@@ -40,14 +34,7 @@ TRIES = 60
 
 
 class RoomLayout:
-    """One room as it is being furnished.
-
-    Attributes:
-        room: Floor of the room.
-        windows: Openings with a sill, and the direction that each one's wall faces.
-        instances: Pieces in the room so far.
-        rng: Source of the places.
-    """
+    """One room as it is being furnished."""
 
     def __init__(
         self,
@@ -57,15 +44,7 @@ class RoomLayout:
         rng: np.random.Generator,
         count: Counter[str],
     ) -> None:
-        """An empty room.
-
-        Args:
-            room: The room to furnish.
-            openings: Openings of the home.
-            stairs: Stairs of the home.
-            rng: Source of the places.
-            count: Instances of each label in the home so far; updated.
-        """
+        """An empty room; `count`, of the instances of each label in the home, is updated."""
         self.room = Block(room.x0, room.y0, room.x1, room.y1)
         self.windows: list[tuple[Opening, str]] = []
         self.instances: list[Instance] = []

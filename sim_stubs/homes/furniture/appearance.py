@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import triangles
+from sim_stubs.homes.geometry.solids import Part, Piece, triangles
 
 MATERIALS = {
     "wood": r"wood|wooden|oak|alder|pear|teak|pine",

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sim_stubs.homes.geometry.piece import Part
+from sim_stubs.homes.geometry.solids import Part
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import user_folder
 

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.bounding_block import FACING
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import stretched
+from sim_stubs.homes.geometry.solids import Piece, stretched
 
 Source = Callable[[str, np.random.Generator], Piece]
 """Returns one model of a class."""

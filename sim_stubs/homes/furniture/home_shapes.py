@@ -18,7 +18,7 @@ from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.furniture.fitting import Source
 from sim_stubs.homes.geometry.house import Instance
-from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import Piece
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import EVALUATION_CLASSES, kinds
 
@@ -43,12 +43,7 @@ class HomeShapes:
     """
 
     def __init__(self, seed: int, draw: int) -> None:
-        """Begin with number 0 of every class.
-
-        Args:
-            seed: The home, from `FIRST_IN_TURN` on.
-            draw: Number of the draw of the home.
-        """
+        """Begin with number 0 of every class."""
         self._range = "development" if seed in DEVELOPMENT else "boards"
         self._seed, self._draw = seed, draw
         self._drawn = Counter[str]()

@@ -8,8 +8,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import by_material
+from sim_stubs.homes.geometry.solids import Part, Piece, by_material
 
 COLOURS: Mapping[str, tuple[float, float, float]] = {
     "red": (0.80, 0.08, 0.08),

@@ -25,30 +25,21 @@ from sim_stubs.homes.furniture.objects import (
 )
 from sim_stubs.homes.furniture.shapes import (
     appliances,
-    baths,
     beds,
     chairs,
     cupboards,
-    kitchen,
     sanitary,
-    seats,
     sofas,
     tables,
     windows,
 )
 from sim_stubs.homes.furniture.shapes.materials import Random, Shape, pick
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import by_material, moved_part, stretched, triangles
+from sim_stubs.homes.geometry.solids import Piece, by_material, moved_part, stretched, triangles
 from vizbot.core.errors import ConfigError
 
 
 def piece(label: str, rng: np.random.Generator, held_out: bool = False) -> Piece:
     """One model of the class `label`, whose looks `rng` draws; its name holds its material.
-
-    Args:
-        label: One of `SHAPES`.
-        rng: Draws form, colours and textures.
-        held_out: Whether the textures are those of held-out homes.
 
     Raises:
         ConfigError: there is no shape for `label`.
@@ -84,10 +75,10 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "armchair": sofas.armchair,
     "backpack": baskets.backpack,
     "ball": ornaments.ball,
-    "bathtub": baths.bathtub,
+    "bathtub": sanitary.bathtub,
     "beanbag": sofas.beanbag,
     "bed": beds.bed,
-    "bench": seats.bench,
+    "bench": chairs.bench,
     "bicycle": vehicles.bicycle,
     "bidet": sanitary.bidet,
     "bookshelf": cupboards.bookshelf,
@@ -128,15 +119,15 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "guitar": instruments.guitar,
     "high chair": vehicles.high_chair,
     "ironing board": household_items.ironing_board,
-    "kitchen cabinet": kitchen.kitchen_cabinet,
-    "kitchen island": kitchen.kitchen_island,
+    "kitchen cabinet": cupboards.kitchen_cabinet,
+    "kitchen island": cupboards.kitchen_island,
     "ladder": household_items.ladder,
     "laptop": devices.laptop,
     "laundry basket": baskets.laundry_basket,
     "microwave": appliances.microwave,
     "mirror": ornaments.mirror,
     "nightstand": cupboards.nightstand,
-    "office chair": seats.office_chair,
+    "office chair": chairs.office_chair,
     "oven": appliances.oven,
     "piano": instruments.piano,
     "picture": ornaments.picture,
@@ -145,24 +136,24 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "printer": devices.printer,
     "pushchair": vehicles.pushchair,
     "radiator": climate.radiator,
-    "range hood": kitchen.range_hood,
+    "range hood": cupboards.range_hood,
     "refrigerator": appliances.refrigerator,
     "rocking horse": ornaments.rocking_horse,
     "shelf": cupboards.shelf,
-    "shower": baths.shower,
+    "shower": sanitary.shower,
     "single bed": beds.single_bed,
     "sink": sanitary.sink,
     "sofa": sofas.sofa,
     "speaker": devices.speaker,
     "stairs": _stairs,
-    "stool": seats.stool,
+    "stool": chairs.stool,
     "suitcase": baskets.suitcase,
     "table": tables.any_table,
     "table lamp": lights.table_lamp,
     "teddy bear": ornaments.teddy_bear,
     "toaster": appliances.toaster,
     "toilet": sanitary.toilet,
-    "towel rack": baths.towel_rack,
+    "towel rack": sanitary.towel_rack,
     "trash can": baskets.trash_can,
     "tv": devices.tv,
     "tv stand": cupboards.tv_stand,
@@ -170,11 +161,11 @@ SHAPES: Mapping[str, Callable[[Random], Shape]] = {
     "urinal": sanitary.urinal,
     "vacuum cleaner": household_items.vacuum_cleaner,
     "vase": plants.vase,
-    "wall cabinet": kitchen.wall_cabinet,
+    "wall cabinet": cupboards.wall_cabinet,
     "wardrobe": cupboards.wardrobe,
     "washing machine": appliances.washing_machine,
     "water cooler": climate.water_cooler,
-    "water heater": baths.water_heater,
+    "water heater": sanitary.water_heater,
     "wheelchair": vehicles.wheelchair,
     "whiteboard": devices.whiteboard,
     "window": windows.window,

@@ -8,7 +8,7 @@ import numpy as np
 
 from sim_stubs.homes.furniture.fitting import Source, fitted
 from sim_stubs.homes.furniture.paint import COLOURS, painted_in_shades
-from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.solids import Piece
 from vizbot.core.errors import ConfigError
 
 ModelSampler = Callable[[str], Piece | None]
@@ -81,12 +81,7 @@ PAINTED = (
 
 
 def model_sampler(source_of: Callable[[str], Source], rng: np.random.Generator) -> ModelSampler:
-    """A sampler that fits pieces and paints some, as `rng` draws.
-
-    Args:
-        source_of: Returns the source of the next piece of a class.
-        rng: Draws models and paint.
-    """
+    """A sampler that fits pieces and paints some, as `rng` draws."""
 
     def piece(label: str) -> Piece | None:
         limit = np.array(LIMITS.get(label, (2.0, 2.0, 2.3)))

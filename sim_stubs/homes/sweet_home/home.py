@@ -18,24 +18,29 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.furniture.classes import CLASSES
-from sim_stubs.homes.geometry.extent import require_home_sized
-from sim_stubs.homes.geometry.free_space import PASSAGE, FreeSpace
-from sim_stubs.homes.geometry.house import House, Instance, Room
-from sim_stubs.homes.geometry.piece import Piece
-from sim_stubs.homes.geometry.solids import by_material
-from sim_stubs.homes.sweet_home.archive import HomeFile, open_home_file
+from sim_stubs.homes.furniture.catalogue import CLASSES
+from sim_stubs.homes.geometry.house import House, Instance, Room, require_home_sized
+from sim_stubs.homes.geometry.occupancy_slice import PASSAGE, FreeSpace
+from sim_stubs.homes.geometry.solids import Piece, by_material
 from sim_stubs.homes.sweet_home.models import Opening, load_listed
 from sim_stubs.homes.sweet_home.plan import (
+    HomeFile,
     ListedPiece,
     ground_level,
     list_pieces,
     metres,
+    open_home_file,
     plain_name,
     point,
 )
-from sim_stubs.homes.sweet_home.rooms import OUTDOORS, room_name, samples
-from sim_stubs.homes.sweet_home.shell import ceiling_height, floors, shell
+from sim_stubs.homes.sweet_home.shell import (
+    OUTDOORS,
+    ceiling_height,
+    floors,
+    room_name,
+    samples,
+    shell,
+)
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import THINGS, class_of
 

@@ -13,20 +13,19 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.resources.abc import Traversable
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from sim_stubs.homes.furniture import cache as piece_cache
 from sim_stubs.homes.furniture.conversion import convert
-from sim_stubs.homes.furniture.ear_clipping import triangulated
 from sim_stubs.homes.furniture.wavefront import Material, read_mtl
-from sim_stubs.homes.geometry.piece import Part, Piece
-from sim_stubs.homes.geometry.solids import box, flat_panel, moved_part, triangles
-from sim_stubs.homes.sweet_home.archive import HomeFile
+from sim_stubs.homes.geometry.solids import Part, Piece, box, flat_panel, moved_part, triangles
 from sim_stubs.homes.sweet_home.materials import DEFAULT_MATERIALS
-from sim_stubs.homes.sweet_home.plan import ListedPiece, SurfaceStyle
+from sim_stubs.homes.sweet_home.plan import HomeFile, ListedPiece, SurfaceStyle
 from sim_stubs.homes.textures.surfaces import finish
 from vizbot.core.errors import ConfigError
 
@@ -36,13 +35,67 @@ GLASS = 0.5
 """Opacity of panes."""
 STAND_IN = (0.70, 0.68, 0.65)
 """Colour of the box in the place of a model that cannot be read."""
-
 Opening = Literal["window", "closed door", "open door"]
-
 _LEAF, _PANE = "sweethome3d_opening_on_", "sweethome3d_window_pane"
 _HIDDEN = Material((1.0, 1.0, 1.0, 0.0))
-
 _log = logging.getLogger(__name__)
+
+
+def triangulated(corners: NDArray[np.float64]) -> list[tuple[int, int, int]]:
+    """Triangles of a polygon without holes, as indices of its corners, in its winding.
+
+    Ears are cut off one after another (Meisters, "Polygons have ears", 1975). What is left of a
+    polygon that crosses itself becomes a fan.
+
+    Args:
+        corners: (N, 3) in order, about in one plane.
+    """
+    flat = _flattened(corners)
+    left = list(range(len(corners)))
+    triangles = []
+    while len(left) > 3:
+        ear = next((i for i in range(len(left)) if _is_ear(flat, left, i)), None)
+        if ear is None:
+            break
+        triangles.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
+        del left[ear]
+    return triangles + [(left[0], b, c) for b, c in pairwise(left[1:])]
+
+
+def _flattened(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 2) the polygon in its plane, counter-clockwise."""
+    # Newell's normal also holds for a polygon that is not quite flat.
+    normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+    away = int(np.argmax(np.abs(normal)))
+    kept = [(1, 2), (2, 0), (0, 1)][away]
+    flat = corners[:, kept]
+    return flat if normal[away] >= 0 else flat * (1.0, -1.0)
+
+
+def _is_ear(flat: NDArray[np.float64], left: list[int], i: int) -> bool:
+    """Whether the corner juts out and its triangle holds no other one."""
+    a, b, c = flat[left[i - 1]], flat[left[i]], flat[left[(i + 1) % len(left)]]
+    if _twice_area(a, b, c) <= 0.0:
+        return False
+    others = flat[[k for k in left if k not in (left[i - 1], left[i], left[(i + 1) % len(left)])]]
+    inside = (
+        (_twice_area(a, b, others) >= 0.0)
+        & (_twice_area(b, c, others) >= 0.0)
+        & (_twice_area(c, a, others) >= 0.0)
+    )
+    # A polygon with a slit comes to the same corner twice.
+    at_corner = (others[:, None] == np.stack([a, b, c])).all(axis=2).any(axis=1)
+    return not bool((inside & ~at_corner).any())
+
+
+def _twice_area(
+    a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Twice the area of the triangle a, b, c (..., 2); positive if it is counter-clockwise."""
+    return np.asarray(
+        (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
+        - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+    )
 
 
 def load_listed(

@@ -13,8 +13,7 @@ from math import atan2, cos, hypot, pi, sin
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, flat_panel, meshed
+from sim_stubs.homes.geometry.solids import Part, Surface, flat_panel, meshed
 
 Point = NDArray[np.float64]
 CUT = (0.80, 0.80, 0.78)

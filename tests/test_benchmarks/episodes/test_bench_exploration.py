@@ -15,7 +15,7 @@ from benchmarks.objectnav.single_goal import with_scales
 from mapping.clip.likeliest_places import LikelyPlace
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Query
-from sim_stubs.scoring.goals import GOALS
+from sim_stubs.scoring.success import GOALS
 from vizbot.config import Config
 from vizbot.core.geometry import invert, transform
 from vizbot.objectnav.tasks import Task

@@ -6,9 +6,9 @@ import pytest
 from benchmarks.episodes import homes as worlds
 from benchmarks.episodes.episode import Episode
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
-from sim_stubs.homes.geometry.free_space import FreeSpace
 from sim_stubs.homes.geometry.house import House, Instance
-from sim_stubs.homes.geometry.piece import Piece
+from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
+from sim_stubs.homes.geometry.solids import Piece
 from sim_stubs.world import world_name as worlds_of_dry_runs
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import MOUNT

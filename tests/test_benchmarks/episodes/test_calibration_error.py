@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.episodes import run as runs
 from benchmarks.episodes.calibration_error import EXACT, CalibrationError
 from benchmarks.episodes.episode import Episode, Variant
-from benchmarks.episodes.run import TruthRecorder, run_episode
-from benchmarks.episodes.seen_floor import SeenFloor
+from benchmarks.episodes.run import SeenFloor, TruthRecorder, run_episode
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance

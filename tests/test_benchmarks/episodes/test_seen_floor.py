@@ -6,7 +6,7 @@ import pytest
 from benchmarks.episodes import run as runs
 from benchmarks.episodes.calibration_error import EXACT
 from benchmarks.episodes.episode import Episode, Variant
-from benchmarks.episodes.seen_floor import SeenFloor
+from benchmarks.episodes.run import SeenFloor
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome

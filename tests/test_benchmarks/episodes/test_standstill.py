@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.episodes import run as runs
-from benchmarks.episodes.standstill import LAST, RADIUS, enclosing_radius, is_stuck
+from benchmarks.episodes.run import LAST, RADIUS, enclosing_radius, is_stuck
 from sim_stubs.scoring.success import Verdict
 from vizbot.config import Config
 from vizbot.core.observer import GoalReport, Outcome

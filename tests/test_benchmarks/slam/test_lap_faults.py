@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.slam import sensor_faults
 from benchmarks.slam.replays import ReplayFrame
-from benchmarks.slam.sensor_faults import Span
-from benchmarks.slam.white_wall import DISTANCE, WhiteWall
+from benchmarks.slam.sensor_faults import DISTANCE, Span, WhiteWall
 from vizbot.config import Config
 from vizbot.core.geometry import planar, yaw_of
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame

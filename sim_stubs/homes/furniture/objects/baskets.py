@@ -30,8 +30,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     pick,
     shade,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cushion, cylinder
 from sim_stubs.homes.textures import patterns
 
 WICKER = ((0.62, 0.45, 0.26), (0.78, 0.64, 0.42), (0.40, 0.26, 0.15), (0.88, 0.84, 0.76))

@@ -28,8 +28,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     pick,
     shade,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder, flat_panel
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cushion, cylinder, flat_panel
 from sim_stubs.homes.textures import patterns
 
 

@@ -24,8 +24,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     any_wood,
     shade,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cylinder
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cylinder
 
 
 def guitar(rng: Random) -> Shape:

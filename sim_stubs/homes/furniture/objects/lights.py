@@ -25,8 +25,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     pick,
     shade,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, cylinder
+from sim_stubs.homes.geometry.solids import Part, Surface, cylinder
 
 SHADES = (
     (0.94, 0.92, 0.86),

@@ -35,8 +35,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     shade,
     wood_or_paint,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, flat_panel, stretched
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cushion, flat_panel, stretched
 from sim_stubs.homes.textures import patterns
 
 FURS: tuple[Rgb, ...] = (

@@ -26,8 +26,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     pick,
     shade,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, cushion, cylinder
+from sim_stubs.homes.geometry.solids import Part, Surface, cushion, cylinder
 
 LEAVES: tuple[Rgb, ...] = (
     (0.13, 0.38, 0.15),

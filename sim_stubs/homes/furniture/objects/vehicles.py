@@ -30,8 +30,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     pick,
     shade,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cushion
 
 
 def wheel(

@@ -27,8 +27,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     upholstery,
     wood_or_paint,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cushion, cylinder
 from sim_stubs.homes.textures import patterns
 
 LINEN = (0.90, 0.90, 0.90)

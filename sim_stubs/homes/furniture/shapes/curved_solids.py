@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, joined, meshed, moved_part
+from sim_stubs.homes.geometry.solids import Part, Surface, joined, meshed, moved_part
 from vizbot.core.geometry import planar
 
 Profile = Sequence[tuple[float, float]]

@@ -9,8 +9,7 @@ from typing import SupportsInt, TypeVar
 import numpy as np
 
 from sim_stubs.homes.furniture.shapes.curved_solids import rod
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cylinder
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cylinder
 from sim_stubs.homes.textures import patterns
 
 Rgb = tuple[float, float, float]

@@ -19,8 +19,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     legs,
     upholstery,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cushion, cylinder
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cushion, cylinder
 
 
 def sofa(rng: Random) -> Shape:

@@ -32,8 +32,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     shade,
     wood_or_paint,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box, cylinder
+from sim_stubs.homes.geometry.solids import Part, Surface, box, cylinder
 
 
 def dining_table(rng: Random) -> Shape:

@@ -24,8 +24,7 @@ from sim_stubs.homes.furniture.shapes.materials import (
     pick,
     shade,
 )
-from sim_stubs.homes.geometry.piece import Part
-from sim_stubs.homes.geometry.solids import Surface, box
+from sim_stubs.homes.geometry.solids import Part, Surface, box
 
 PANE = (0.66, 0.80, 0.90)
 
