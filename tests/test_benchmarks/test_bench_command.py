@@ -156,7 +156,7 @@ def test_other_settings_and_training_homes_are_kept_in_a_folder_of_their_own(
         (["multi", "--goals", "3"], "No such option: --goals"),
         (["objectnav", "--goals", "3", "--fast"], "leave out --goals 3"),
         (["objectnav", "--goals", "3", "--quick"], "leave out --goals 3"),
-        (["objectnav", "--fast", "--worlds", "a.xml"], "no --worlds a.xml"),
+        (["objectnav", "--fast", "--worlds", "a.xml"], "leave out --worlds a.xml"),
         (["objectnav", "--goals", "0"], "--goals 0: it must be at least 1"),
         (["multi", "--fast"], "No such option: --fast"),
         (["objectnav", "--fast", "--seeds", "1100,1030"], "home 1030 of --seeds is none of dev"),
