@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 from contextlib import contextmanager
 
 import numpy as np
@@ -77,3 +78,24 @@ def opened(device, **settings):
     config = RealSenseConfig(**({"serial": SERIAL, "first_frame_timeout": 2.0} | settings))
     with RealSense(config, clock, context) as camera:
         yield camera, clock, context
+
+
+@contextmanager
+def streaming(device):
+    """A software camera gives frames at its rate, in a thread of its own."""
+    ended = threading.Event()
+
+    def stream():
+        number = 0
+        while not ended.wait(1 / 30):
+            rgb = np.full((480, 640, 3), number % 256, np.uint8)
+            device.push_frame(rgb, np.full((480, 640), 1500, np.uint16), 1.7e9 + number / 30)
+            number += 1
+
+    thread = threading.Thread(target=stream, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()

@@ -71,32 +71,23 @@ def test_published_rows_are_made_again_where_they_lie_and_so_is_their_page(vizbo
     assert str(plans[0].folder) == rows
 
 
-def test_rows_of_four_goals_can_be_chosen(vizbot, plans):
-    assert vizbot("multi", "--quick", "--rows", "over 3 m")[0] == 0
-    assert plans[0].rows == ("over 3 m",)
-
-
-def test_a_method_of_search_is_a_row_of_its_own(vizbot, plans):
-    assert vizbot("objectnav", "--quick", "--method", "paper")[0] == 0
-    assert plans[0].rows == ("paper",)
-    assert plans[0].config == UNATTENDED
-
-
-def test_searches_for_what_is_not_there_can_be_chosen(vizbot, plans):
-    assert vizbot("absent", "--rows", "offset,by searching")[0] == 0
-    assert plans[0].rows == ("offset", "by searching")
-
-
 @pytest.mark.parametrize(
-    ("option", "row"),
-    [("--method=belief", "default"), ("--encoder-scale=clip", "scaled"),
-     ("--encoder-scale=offset", "offset")],
-)  # fmt: skip
-def test_other_encoders_have_rows_and_the_method_of_the_robot_is_the_default_row(
-    vizbot, plans, option, row
+    ("arguments", "rows"),
+    [
+        (["multi", "--quick", "--rows", "over 3 m"], ("over 3 m",)),
+        (["absent", "--rows", "offset,by searching"], ("offset", "by searching")),
+        (["objectnav", "--quick", "--method", "paper"], ("paper",)),
+        (["objectnav", "--quick", "--method=belief"], ("default",)),
+        (["objectnav", "--quick", "--encoder-scale=clip"], ("scaled",)),
+        (["objectnav", "--quick", "--encoder-scale=offset"], ("offset",)),
+    ],
+)
+def test_rows_can_be_chosen_and_a_method_and_another_encoder_have_rows_of_their_own(
+    vizbot, plans, arguments, rows
 ):
-    assert vizbot("objectnav", "--quick", option)[0] == 0
-    assert plans[0].rows == (row,)
+    assert vizbot(*arguments)[0] == 0
+    assert plans[0].rows == rows
+    assert plans[0].config == UNATTENDED
 
 
 def test_sources_that_are_not_committed_are_told_in_one_line(vizbot, plans, monkeypatch):
@@ -128,7 +119,7 @@ def test_other_settings_and_training_homes_are_kept_in_a_folder_of_their_own(
 
 
 @pytest.mark.parametrize(
-    ("arguments", "value"),
+    ("arguments", "said"),
     [
         (["nosuch"], "'nosuch'"),
         (["objectnav", "--seeds", "a,b"], "'a,b'"),
@@ -147,19 +138,6 @@ def test_other_settings_and_training_homes_are_kept_in_a_folder_of_their_own(
             "leave out --encoder-scale clip and --rows default",
         ),
         (["objectnav", "--config", "missing.toml", "--out", "x"], "missing.toml"),
-    ],
-)
-def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, plans, arguments, value):
-    code, out, err = vizbot(*arguments)
-    assert code == 1
-    assert out == ""
-    assert len(err.splitlines()) == 1
-    assert value in err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
         (["slam", "--stride", "2"], "--stride, --vocabulary and --intrinsics are for a recording"),
         (["slam", "--seeds", "0x7"], "--seeds '0x7' are no seeds"),
         (["slam", "--hours", "1", "--seeds", "1000,1001"], "one of --seeds 1000,1001"),
@@ -168,29 +146,28 @@ def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, plans, arguments,
         (["slam", "nowhere", "--seeds", "3"], "--seeds and --hours are for simulated homes"),
         (["objectnav", "somewhere"], "(somewhere)"),
         (["retrieval", "--stride", "2"], "No such option: --stride"),
+        (["faults", "--rows", "default"], "No such option: --rows"),
+        (["faults", "--seeds", "1000,12"], "home 12 of --seeds is a training home"),
+        (["faults", "--clip", "ViT-B/32"], "No such option: --clip"),
+        (["multi", "--worlds", "a.sh3d"], "--worlds"),
+        (["objectnav", "--worlds", "a", "--seeds", "1000"], "--worlds"),
+        (["objectnav", "--worlds", "1140+bear"], "'+bear' changes no home"),
+        (["objectnav", "--worlds", "1140+bare,1141"], "home 1141 of --worlds has a seed alone"),
+        (["multi", "--goals", "3"], "No such option: --goals"),
+        (["objectnav", "--goals", "3", "--fast"], "leave out --goals 3"),
+        (["objectnav", "--goals", "3", "--quick"], "leave out --goals 3"),
+        (["objectnav", "--fast", "--worlds", "a.xml"], "leave out --worlds a.xml"),
+        (["objectnav", "--goals", "0"], "--goals 0: it must be at least 1"),
+        (["multi", "--fast"], "No such option: --fast"),
+        (["objectnav", "--fast", "--seeds", "1100,1030"], "home 1030 of --seeds is none of dev"),
+        (["objectnav", "--fast", "--rows", "scale 1"], "unknown row 'scale 1'; use default,"),
     ],
 )
-def test_what_a_benchmark_has_no_use_for_is_refused_in_one_line(vizbot, plans, arguments, said):
+def test_what_cannot_be_used_is_one_line_that_names_it(vizbot, plans, arguments, said):
     code, out, err = vizbot(*arguments)
-    assert code == 1
-    assert out == ""
+    assert (code, out, plans) == (1, "", [])
     assert said in err
-    assert len(err.strip().splitlines()) == 1
-    assert plans == []
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("--rows", "default"), "No such option: --rows"),
-        (("--seeds", "1000,12"), "home 12 of --seeds is a training home"),
-        (("--clip", "ViT-B/32"), "No such option: --clip"),
-    ],
-)
-def test_faults_refuse_what_they_have_no_use_for(vizbot, arguments, said):
-    code, out, err = vizbot("faults", *arguments)
-    assert (code, out) == (1, "")
-    assert said in err
+    assert len(err.splitlines()) == 1
 
 
 def test_the_benchmark_of_faults_is_asked_for_its_homes(vizbot, monkeypatch):
@@ -217,33 +194,6 @@ def test_homes_drawn_by_others_are_kept_apart_and_drive_the_default_row_alone(
     [plan] = plans
     assert plan.homes == ("a.jar/Studio", "b.sh3d") and plan.rows == ("default",)
     assert plan.folder == bench.OTHERS and not plan.full
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [("multi", "--worlds", "a.sh3d"), ("objectnav", "--worlds", "a", "--seeds", "1000")],
-)
-def test_homes_drawn_by_others_are_for_object_goals_and_stand_alone(vizbot, plans, arguments):
-    code, out, err = vizbot(*arguments)
-    assert (code, out) == (1, "") and "--worlds" in err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("objectnav", "--worlds", "1140+bear"), "'+bear' changes no home"),
-        (("objectnav", "--worlds", "1140+bare,1141"), "home 1141 of --worlds has a seed alone"),
-        (("multi", "--goals", "3"), "No such option: --goals"),
-        (("objectnav", "--goals", "3", "--fast"), "leave out --goals 3"),
-        (("objectnav", "--goals", "3", "--quick"), "leave out --goals 3"),
-        (("objectnav", "--fast", "--worlds", "a.xml"), "no --worlds a.xml"),
-        (("objectnav", "--goals", "0"), "--goals 0: it must be at least 1"),
-    ],
-)
-def test_bare_homes_and_first_goals_are_refused_where_they_cannot_be(vizbot, arguments, says):
-    code, out, err = vizbot(*arguments)
-    assert (code, out) == (1, "")
-    assert says in err
 
 
 def test_bare_homes_are_kept_apart_and_drive_the_default_row_alone(

@@ -10,6 +10,7 @@ from benchmarks.harness.bench_plan import BenchPlan
 from benchmarks.harness.fingerprint import Fingerprint
 from benchmarks.harness.store import Store
 from benchmarks.objectnav import single_goal
+from tests.test_benchmarks.printed_table import cells
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome
@@ -51,12 +52,6 @@ MADE = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 core
 
 def asked(tmp_path: Path, **options) -> BenchPlan:
     return BenchPlan(Config(), tmp_path, MADE, **options)
-
-
-def cells(text, first):
-    """Of the row of a table that begins with this cell."""
-    rows = [[cell.strip() for cell in line.split("|")] for line in text.splitlines()]
-    return next(row[2:-1] for row in rows if row[1:2] == [first])
 
 
 def test_the_board_is_every_goal_of_homes_1060_to_1067(fake, tmp_path):
@@ -254,8 +249,7 @@ def test_the_paper_stands_beside_ours_and_is_marked(fake, tmp_path):
     assert quoted[-1]["success_rate"] == pytest.approx(0.87)
     assert outcome.text.count("paper, not run here") == 5
     assert outcome.text.count("no direct comparison") == 1
-    scales = next(line for line in outcome.text.splitlines() if line.startswith("| {1, 0, -1} "))
-    assert [cell.strip() for cell in scales.split("|")[2:5]] == ["25", "87.0", "60.0"]
+    assert cells(outcome.text, "{1, 0, -1}")[:3] == ["25", "87.0", "60.0"]
 
 
 def test_the_summary_has_what_checks_read(fake, tmp_path):

@@ -16,6 +16,7 @@ from benchmarks.harness.fingerprint import Fingerprint
 from benchmarks.objectnav import retrieval
 from mapping.clip.config import ClipMapperConfig
 from mapping.clip.patches import patch_boxes
+from tests.test_benchmarks.printed_table import cells
 from vizbot.config import Config
 
 ANSWER = QueryResult(1000, (1, 0, -1), "sofa", True, 0.5, 0.4, (1.0, 2.0), True, True)
@@ -83,9 +84,8 @@ def test_every_scale_set_of_the_paper_has_its_row_and_the_default_makes_the_summ
 def test_every_scale_set_is_shown_by_our_rule_and_by_the_paper_s():
     wrong_alone = replace(ANSWER, most_similar_correct=False)
     outcome = retrieval.retrieval_result([ANSWER, wrong_alone], (1, 0, -1))
-    lines = (line.split("|") for line in outcome.text.splitlines())
-    row = next(line for line in lines if line[1:2] == [" {1, 0, -1}     "])
-    assert (row[2].strip(), row[5].strip()) == ("100.0", "50.0")
+    row = cells(outcome.text, "{1, 0, -1}")
+    assert (row[0], row[3]) == ("100.0", "50.0")
     assert outcome.summary["most_similar_precision_at_1"] == 0.5
 
 
@@ -125,8 +125,7 @@ def test_the_probabilities_of_first_answers_are_held_against_what_is_right():
     assert outcome.summary["calibration_error"] == pytest.approx((0.1 + 0.8 + 0.1) / 3)
     loss = -(np.log(0.9) + np.log(0.2) + np.log(0.9)) / 3
     assert outcome.summary["log_loss"] == pytest.approx(loss)
-    line = next(line for line in outcome.text.splitlines() if line.startswith("| 0.8 to 1.0"))
-    assert [cell.strip() for cell in line.split("|")[2:4]] == ["0.85", "1 of 2"]
+    assert cells(outcome.text, "0.8 to 1.0")[:2] == ["0.85", "1 of 2"]
 
 
 def test_answers_from_before_there_was_a_belief_have_no_figure_of_it():

@@ -26,6 +26,7 @@ from benchmarks.objectnav.search_page import (
     three_and_coarsest,
     wrong_arrivals,
 )
+from tests.test_benchmarks.printed_table import cells
 from vizbot.core.observer import Outcome
 
 GOALS = ("bed", "chair", "sofa", "kitchen", "window")
@@ -54,11 +55,6 @@ def folder(tmp_path):
 def keep(folder, row, commit, results, bench="objectnav", hardware="2 cores"):
     folder.mkdir(exist_ok=True)
     Store(results_file(folder, bench, row), EpisodeResult).add(row, commit, hardware, *results)
-
-
-def cells(text, first):
-    rows = [[cell.strip() for cell in line.split("|")] for line in text.splitlines()]
-    return next(row[2:-1] for row in rows if row[1:2] == [first])
 
 
 def test_without_the_default_row_there_is_no_page(folder):

@@ -147,12 +147,6 @@ def test_what_wheels_and_stops_rest_on_leaves_little_room(key, factor, tmp_path)
         load_config(tmp_path / "robot.toml")
 
 
-def test_percent_are_told_where_a_share_is_asked_for(tmp_path):
-    (tmp_path / "robot.toml").write_text("[recovery]\nmin_battery = 10\n")
-    with pytest.raises(ConfigError, match=r"at most 0\.9: 10 % are 0\.1 "):
-        load_config(tmp_path / "robot.toml")
-
-
 @pytest.mark.parametrize(
     ("text", "told"),
     [
@@ -161,9 +155,12 @@ def test_percent_are_told_where_a_share_is_asked_for(tmp_path):
             "leaves nothing of robot_radius",
         ),
         ("[recovery]\nundocking = 1.0\nback_off_speed = 0.1", "takes 10.0 s, and 7.2 s are"),
+        ("[recovery]\nmin_battery = 10\n", r"at most 0\.9: 10 % are 0\.1 "),
     ],
 )
-def test_what_fits_alone_but_not_together_is_refused(tmp_path, text, told):
+def test_what_does_not_fit_together_and_percent_instead_of_a_share_are_refused(
+    tmp_path, text, told
+):
     (tmp_path / "robot.toml").write_text(text)
     with pytest.raises(ConfigError, match=told):
         load_config(tmp_path / "robot.toml")

@@ -28,22 +28,18 @@ def test_it_is_logged_once_until_it_rolls_again(rig, caplog):
 
 
 @pytest.mark.parametrize(
-    "twist", [Twist(-0.2, 0.0), Twist(0.0, 1.0), Twist(0.2, 0.5), Twist(0.0, 0.0)]
+    ("twist", "stasis", "contacts"),
+    [
+        (Twist(-0.2, 0.0), 0, Contacts()),
+        (Twist(0.0, 1.0), 0, Contacts()),
+        (Twist(0.2, 0.5), 0, Contacts()),
+        (Twist(0.0, 0.0), 0, Contacts()),
+        (AHEAD, Stasis.DISABLED, Contacts()),  # it is too dirty
+        (AHEAD, 0, Contacts(bump_left=True)),  # which holds the robot
+    ],
 )
-def test_it_watches_nothing_but_driving_straight_ahead(rig, caplog, twist):
-    rig.stub.overrides[Packet.STASIS] = 0
+def test_it_watches_nothing_but_driving_straight_ahead(rig, caplog, twist, stasis, contacts):
+    rig.stub.overrides[Packet.STASIS] = stasis
+    rig.floor.contacts = contacts
     rig.drive(twist, 3.0)
-    assert warnings_in(caplog) == []
-
-
-def test_one_that_is_too_dirty_logs_nothing(rig, caplog):
-    rig.stub.overrides[Packet.STASIS] = Stasis.DISABLED
-    rig.drive(AHEAD, 3.0)
-    assert warnings_in(caplog) == []
-
-
-def test_a_robot_that_is_held_by_a_bump_does_not_slip(rig, caplog):
-    rig.stub.overrides[Packet.STASIS] = 0
-    rig.floor.contacts = Contacts(bump_left=True)
-    rig.drive(AHEAD, 3.0)
     assert warnings_in(caplog) == []

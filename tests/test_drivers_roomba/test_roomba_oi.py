@@ -19,9 +19,7 @@ from drivers.roomba.commands import (
     check,
     encode,
 )
-from drivers.roomba.packets import (
-    Buttons,
-)
+from drivers.roomba.packets import Buttons
 
 HOST_TO_ROBOT = {
     "H1": ([(Opcode.DRIVE, -200, 500)], [137, 255, 56, 1, 244]),

@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -35,6 +35,7 @@ from vizbot.core.geometry import planar
 from vizbot.core.types import STOP, BaseMode, BaseState, Twist
 
 pytestmark = pytest.mark.alone
+CLOCK = WallClock()
 PROGRAM = """
 import sys
 from drivers.roomba.base import Roomba
@@ -75,6 +76,15 @@ def floor():
 def stub(floor):
     with on_wall_clock(SimulatedRoomba(floor)) as stub:
         yield stub
+
+
+@contextmanager
+def served(address, **settings):
+    """A base whose port a process of its own serves, and the link to that."""
+    config = RoombaConfig(**settings)
+    link = ProcessLink(address.open, config)
+    with Roomba(link, CLOCK, config) as base:
+        yield base, link
 
 
 @pytest.fixture
@@ -161,11 +171,9 @@ def test_who_did_not_read_for_long_hears_of_every_trouble_and_contact_all_the_sa
 
 
 def test_the_end_of_the_watchdog_is_an_error_and_the_wheels_are_stopped(stub, floor):
-    clock, config = WallClock(), RoombaConfig()
-    link = ProcessLink(SerialAddress(stub.path).open, config)
-    with Roomba(link, clock, config) as base:
+    with served(SerialAddress(stub.path)) as (base, link):
         assert os.getsid(link.pid) == link.pid  # Ctrl-Z at the terminal does not reach it
-        link.send(Drive(Twist(0.2, 0.0), clock.now()))
+        link.send(Drive(Twist(0.2, 0.0), CLOCK.now()))
         wait_for(lambda: not still(floor))
         os.kill(link.pid, signal.SIGKILL)
         with pytest.raises(DeviceError, match="the process of the base ended"):
@@ -179,8 +187,7 @@ def test_the_end_of_the_watchdog_is_an_error_and_the_wheels_are_stopped(stub, fl
 
 def service_of(link):
     """The process that owns the port, the only child of its watchdog; None while it is replaced."""
-    children = Path(f"/proc/{link.pid}/task/{link.pid}/children").read_text().split()
-    return int(children[0]) if children else None
+    return next(iter(children_of(link.pid)), None)
 
 
 def drive_until(base, condition):
@@ -202,9 +209,8 @@ HARMS = {
 def test_a_service_that_fails_is_replaced_and_the_wheels_rest_before(
     harm, stub, floor, tmp_path, caplog
 ):
-    clock, config, hang = WallClock(), RoombaConfig(), tmp_path / "hang"
-    link = ProcessLink(HangingAddress(stub.path, hang).open, config)
-    with Roomba(link, clock, config) as base:
+    hang = tmp_path / "hang"
+    with served(HangingAddress(stub.path, hang)) as (base, link):
         drive_until(base, lambda: floor.speeds[0] > 0.15)
         before, stops = service_of(link), floor.stops
         HARMS[harm](link, hang)
@@ -217,16 +223,14 @@ def test_a_service_that_fails_is_replaced_and_the_wheels_rest_before(
 
 
 def test_a_base_on_its_way_to_the_dock_is_left_to_it_by_the_next_service(stub, floor):
-    clock, config = WallClock(), RoombaConfig()
-    link = ProcessLink(SerialAddress(stub.path).open, config)
-    with Roomba(link, clock, config) as base:
+    with served(SerialAddress(stub.path)) as (base, link):
         base.dock()
         wait_for(lambda: not base.read().mode.obeys)
         before = service_of(link)
         os.kill(before, signal.SIGKILL)
         wait_for(lambda: service_of(link) not in (before, None))
-        killed = clock.now()
-        while clock.now() < killed + 1.0:
+        killed = CLOCK.now()
+        while CLOCK.now() < killed + 1.0:
             base.drive(STOP)
             with suppress(DeviceTimeoutError):
                 assert not base.read().mode.obeys
@@ -237,9 +241,7 @@ def test_a_base_on_its_way_to_the_dock_is_left_to_it_by_the_next_service(stub, f
 
 
 def test_a_service_that_fails_again_and_again_is_given_up(stub, floor):
-    clock, config = WallClock(), RoombaConfig()
-    link = ProcessLink(SerialAddress(stub.path).open, config)
-    with Roomba(link, clock, config) as base:
+    with served(SerialAddress(stub.path)) as (base, link):
         for _ in range(4):
             wait_for(lambda: service_of(link))
             before = service_of(link)
@@ -253,9 +255,8 @@ def test_a_service_that_fails_again_and_again_is_given_up(stub, floor):
 def test_a_program_that_dies_beside_a_service_that_hangs_leaves_wheels_at_rest(
     stub, floor, driving
 ):
-    (watchdog,) = Path(f"/proc/{driving.pid}/task/{driving.pid}/children").read_text().split()[-1:]
-    children = Path(f"/proc/{watchdog}/task/{watchdog}/children")
-    os.kill(int(children.read_text()), signal.SIGSTOP)
+    watchdog, service = pair_of(driving)
+    os.kill(service, signal.SIGSTOP)
     driving.kill()
     wait_for(lambda: stub.mode is BaseMode.PASSIVE)
     assert still(floor)
@@ -292,9 +293,7 @@ def timed():
 @pytest.mark.parametrize("both", [True, False])
 def test_a_watchdog_that_hangs_is_killed_by_the_program_which_stops_the_wheels(timed, both, caplog):
     stub, floor = timed
-    clock, config = WallClock(), RoombaConfig()
-    link = ProcessLink(SerialAddress(stub.path).open, config)
-    with Roomba(link, clock, config) as base:
+    with served(SerialAddress(stub.path)) as (base, link):
         drive_until(base, lambda: floor.speeds[0] > 0.15)
         watchdog, service = link.pid, service_of(link)
         hung = time.monotonic()
@@ -323,9 +322,7 @@ def moves_again(base, floor):
 
 def test_a_pair_that_hangs_again_and_again_is_given_up(timed):
     stub, floor = timed
-    clock, config = WallClock(), RoombaConfig()
-    link = ProcessLink(SerialAddress(stub.path).open, config)
-    with Roomba(link, clock, config) as base:
+    with served(SerialAddress(stub.path)) as (base, link):
         for ends in range(1, 5):
             wait_for(lambda: service_of(link))
             watchdog = link.pid
@@ -345,9 +342,7 @@ def test_a_pair_that_hangs_again_and_again_is_given_up(timed):
 
 def test_a_pair_that_hangs_while_the_link_is_closed_leaves_wheels_at_rest(timed):
     stub, floor = timed
-    clock, config = WallClock(), RoombaConfig()
-    link = ProcessLink(SerialAddress(stub.path).open, config)
-    with Roomba(link, clock, config) as base:
+    with served(SerialAddress(stub.path)) as (base, link):
         drive_until(base, lambda: floor.speeds[0] > 0.15)
         os.killpg(link.pid, signal.SIGSTOP)
     assert not link._process.is_alive()
@@ -377,9 +372,8 @@ def test_a_program_that_hangs_while_the_base_seeks_its_dock_leaves_wheels_at_res
 def test_a_machine_that_was_suspended_stops_the_wheels_before_it_drives_on(
     stub, floor, tmp_path, caplog
 ):
-    clock, config, suspended = WallClock(), RoombaConfig(), tmp_path / "suspended"
-    link = ProcessLink(SleepyAddress(stub.path, suspended).open, config)
-    with Roomba(link, clock, config) as base:
+    suspended = tmp_path / "suspended"
+    with served(SleepyAddress(stub.path, suspended)) as (base, link):
         drive_until(base, lambda: floor.speeds[0] > 0.15)
         service, stops = service_of(link), floor.stops
         suspended.touch()
@@ -395,18 +389,16 @@ def test_a_port_that_cannot_be_opened_is_the_error_that_it_is():
 
 
 def test_what_the_process_logs_is_logged_here(stub, caplog):
-    clock, config = WallClock(), RoombaConfig(full_mode=True)
-    with Roomba(ProcessLink(SerialAddress(stub.path).open, config), clock, config):
+    with served(SerialAddress(stub.path), full_mode=True):
         assert "Full mode" in caplog.text
 
 
 def test_a_base_that_falls_silent_is_a_timeout(stub, monkeypatch):
-    clock, config = WallClock(), RoombaConfig()
-    with Roomba(ProcessLink(SerialAddress(stub.path).open, config), clock, config) as base:
+    with served(SerialAddress(stub.path)) as (base, _):
         monkeypatch.setattr(stub, "publish", lambda: None)
-        end = clock.now() + DEADLINE
+        end = CLOCK.now() + DEADLINE
         with pytest.raises(DeviceTimeoutError, match=r"no answer from the base"):
-            while clock.now() < end:
+            while CLOCK.now() < end:
                 base.read()
 
 

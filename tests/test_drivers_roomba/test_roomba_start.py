@@ -64,20 +64,14 @@ def test_a_base_that_another_program_left_speaking_is_not_taken_for_such_firmwar
             assert base.read().mode is stub.mode is BaseMode.SAFE
 
 
-@pytest.mark.parametrize(
-    ("packet", "value", "remedy"),
-    [
-        (Packet.CHARGING_SOURCES, 2, "stays in Passive mode; take it off its charger"),
-        (Packet.CHARGING_SOURCES, 1, "stays in Passive mode; take it off its charger"),
-    ],
-)
-def test_a_base_that_cannot_enter_safe_mode_is_an_error(packet, value, remedy):
+@pytest.mark.parametrize("source", [2, 1])
+def test_a_base_that_cannot_enter_safe_mode_is_an_error(source):
     with SimulatedRoomba(FreeFloor()) as stub:
         clock = SimulatedClock()
         clock.attach(stub)
-        stub.overrides[packet] = value
+        stub.overrides[Packet.CHARGING_SOURCES] = source
         before = open_files()
-        with pytest.raises(DeviceError, match=remedy):
+        with pytest.raises(DeviceError, match="stays in Passive mode; take it off its charger"):
             open_lockstep(
                 lambda: stub.lockstep_port(open_serial(stub.path)), clock, start_timeout=0.3
             )

@@ -5,10 +5,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from drivers.roomba.odometry import counts_between
-from drivers.roomba.packets import (
-    Packet,
-)
+from drivers.roomba.packets import Packet
 from drivers.roomba.stream import StreamParser, encode_sensor_frame
+from tests.helpers.roomba_host import R17
 
 R1 = [19, 5, 29, 2, 25, 13, 0, 163]
 R4 = [19, 10, 7, 3, 35, 2, 43, 127, 255, 44, 128, 0, 95]
@@ -109,16 +108,7 @@ def test_no_bytes_break_the_stream_parser(received):
 
 def test_a_full_group_travels_in_one_frame():
     # R17: front right cliff, mode Safe, encoders -32760 and 1234; the rest is in the packets' test.
-    # fmt: off
-    frame = bytes([
-        19, 81, 100,
-        2, 0, 0, 0, 1, 0, 0, 8, 17, 0, 161, 4, 255, 221, 0, 12, 0, 59, 217, 251,
-        93, 31, 6, 114, 10, 136, 0, 5, 4, 176, 5, 131, 0, 38, 5, 22, 0, 0, 0, 0,
-        2, 1, 0, 0, 255, 56, 1, 244, 0, 250, 0, 150, 128, 8, 4, 210, 50, 0, 33, 1,
-        146, 0, 19, 0, 0, 3, 9, 7, 255, 164, 168, 0, 215, 255, 58, 0, 0, 0, 64, 1,
-        179,
-    ])
-    # fmt: on
+    frame = bytes([19, 81, 100, *R17, 179])
     (values,) = StreamParser([100]).feed(frame)
     assert (values[11], values[35], values[43], values[44]) == (1, 2, -32760, 1234)
     assert encode_sensor_frame([100], values) == frame

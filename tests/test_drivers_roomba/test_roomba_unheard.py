@@ -80,6 +80,11 @@ def loose(request):
         rig.stub.close()
 
 
+@pytest.fixture
+def rig(loose):
+    return loose()
+
+
 def cut(rig, seconds, meanwhile=None):
     """Take the cable out while it drives, and put it back; `meanwhile` says what it feels."""
     rig.out = True
@@ -100,9 +105,8 @@ def rolled(rig, seconds):
 
 @pytest.mark.parametrize("seconds", [0.6, 6.0])
 def test_lifted_and_put_down_with_the_cable_out_it_rests_until_somebody_says_go_on(
-    loose, seconds, caplog
+    rig, seconds, caplog
 ):
-    rig = loose()
     rig.drive(AHEAD, 0.5)
     cut(rig, seconds, LIFTED)
     assert rolled(rig, 3.0) == 0.0
@@ -124,9 +128,8 @@ def test_with_resume_safe_it_drives_on_all_the_same(loose):
 
 @pytest.mark.parametrize("seconds", [0.3, 0.6, 6.0])
 def test_a_base_that_obeys_as_before_when_its_cable_is_back_was_not_lifted_and_drives_on(
-    loose, seconds
+    rig, seconds
 ):
-    rig = loose()
     rig.drive(AHEAD, 0.5)
     cut(rig, seconds)
     assert rolled(rig, 1.5) > 0.1
@@ -163,9 +166,8 @@ def silence(rig, seconds, meanwhile=None, at_the_end=None, twist=STOP):
 )
 @pytest.mark.parametrize("twist", [STOP, AHEAD])
 def test_after_a_start_of_ours_it_drives_on_only_if_it_was_brief_and_nothing_shows(
-    loose, seconds, at_the_end, drives, twist
+    rig, seconds, at_the_end, drives, twist
 ):
-    rig = loose()
     rig.drive(twist, 0.3)
     silence(rig, seconds, at_the_end=at_the_end, twist=twist)
     rig.drive(AHEAD, 0.1)
@@ -175,8 +177,7 @@ def test_after_a_start_of_ours_it_drives_on_only_if_it_was_brief_and_nothing_sho
 
 
 @pytest.mark.parametrize("source", ChargingSources)
-def test_a_charger_that_was_plugged_in_unheard_shows_that_somebody_was_there(loose, source):
-    rig = loose()
+def test_a_charger_that_was_plugged_in_unheard_shows_that_somebody_was_there(rig, source):
     silence(rig, 0.7)
     rig.stub.overrides[Packet.CHARGING_SOURCES] = source
     rig.drive(AHEAD, 0.3)
@@ -185,8 +186,7 @@ def test_a_charger_that_was_plugged_in_unheard_shows_that_somebody_was_there(loo
     assert rig.base.read().maybe_moved
 
 
-def test_frames_that_waited_to_be_read_do_not_say_how_a_base_fares_that_was_woken_since(loose):
-    rig = loose()
+def test_frames_that_waited_to_be_read_do_not_say_how_a_base_fares_that_was_woken_since(rig):
     publish, rig.stub.publish = rig.stub.publish, lambda: None
     said = []
     send, rig.stub._line.send = rig.stub._line.send, said.append
@@ -202,8 +202,7 @@ def test_frames_that_waited_to_be_read_do_not_say_how_a_base_fares_that_was_woke
     assert rig.base.read().mode is BaseMode.SAFE
 
 
-def test_a_silence_while_it_is_asked_to_obey_again_is_judged_anew(loose):
-    rig = loose()
+def test_a_silence_while_it_is_asked_to_obey_again_is_judged_anew(rig):
     silence(rig, 0.7)
     rig.drive(AHEAD, 2 * PERIOD)
     assert rig.base.read().mode is BaseMode.PASSIVE  # it will be asked in a moment
@@ -212,8 +211,7 @@ def test_a_silence_while_it_is_asked_to_obey_again_is_judged_anew(loose):
     assert rig.base.read().maybe_moved
 
 
-def test_a_suspended_machine_does_not_know_how_long_it_slept(loose):
-    rig = loose()
+def test_a_suspended_machine_does_not_know_how_long_it_slept(rig):
     service = rig.base._link._service
     rig.drive(AHEAD, 0.5)
     service.wake()
@@ -223,8 +221,7 @@ def test_a_suspended_machine_does_not_know_how_long_it_slept(loose):
     assert rig.base.read().maybe_moved
 
 
-def test_what_cleans_because_its_button_was_pressed_unheard_is_stopped(loose):
-    rig = loose()
+def test_what_cleans_because_its_button_was_pressed_unheard_is_stopped(rig):
     silence(rig, 1.5)
     rig.stub._wheels.turn(200.0, 200.0)  # Clean in Passive mode
     rig.clock.sleep(1.0)
@@ -251,9 +248,8 @@ def replaced(rig, last_heard, mode):
     ("seconds", "contacts", "obeys"), [(0.5, None, True), (1.5, None, False), (0.5, LIFTED, False)]
 )
 def test_a_service_that_replaces_another_one_decides_by_the_same_rule(
-    loose, seconds, contacts, obeys
+    rig, seconds, contacts, obeys
 ):
-    rig = loose()
     rig.drive(AHEAD, 0.3)
     service = replaced(rig, seconds, BaseMode.PASSIVE)
     rig.floor.contacts = contacts or Contacts()
@@ -280,8 +276,7 @@ def test_the_same_rule_holds_for_a_base_that_sought_its_dock(loose, seconds, goe
     assert (rig.floor.speeds != (0.0, 0.0)) == goes_on
 
 
-def test_a_base_that_rests_until_somebody_says_go_on_does_so_under_the_next_service(loose):
-    rig = loose()
+def test_a_base_that_rests_until_somebody_says_go_on_does_so_under_the_next_service(rig):
     silence(rig, 1.5)
     rig.drive(AHEAD, 0.3)
     assert rig.base.read().maybe_moved
@@ -350,8 +345,7 @@ def test_a_cable_that_was_out_while_the_base_sought_its_dock_has_it_stopped_firs
     assert rig.base.read().maybe_moved
 
 
-def test_the_first_command_once_the_cable_is_back_stops_the_wheels(loose):
-    rig = loose()
+def test_the_first_command_once_the_cable_is_back_stops_the_wheels(rig):
     rig.drive(AHEAD, 0.5)
     rig.out = True
     with pytest.raises(DeviceTimeoutError):

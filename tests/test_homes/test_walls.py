@@ -33,6 +33,7 @@ def test_a_wall_separates_rooms_until_a_doorway_joins_them():
     assert not ways_between(())
     assert ways_between((Opening(2, 1, 2.1, 1.9),))
     assert not ways_between((Opening(2, 1, 2.1, 1.9, sill=0.95),))
+    assert not ways_between((Opening(2, 1, 2.1, 1.9, pane=GREY),))
     assert not ways_between((Opening(2, 1, 2.1, 1.9, pane=GREY, kind="door"),))
 
 

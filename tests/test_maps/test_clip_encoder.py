@@ -147,9 +147,7 @@ def test_half_precision_gives_nearly_the_same_unit_embeddings(tmp_path):
     np.testing.assert_allclose(np.linalg.norm(half.embed_texts(["a fan"]), axis=1), 1.0, atol=1e-5)
 
 
-def test_a_text_longer_than_the_model_reads_is_cut(tmp_path):
-    save_tiny_clip(tmp_path)
-    encoder = load_clip(str(tmp_path), "cpu")
+def test_a_text_longer_than_the_model_reads_is_cut(encoder):
     long, longer = encoder.embed_texts(["chair " * 40, "chair " * 200])
     np.testing.assert_allclose(long, longer, atol=1e-6)
 
@@ -177,26 +175,6 @@ def test_a_folder_without_a_clip_checkpoint_is_refused_in_one_line(tmp_path, con
         load_clip(str(tmp_path))
     assert str(tmp_path) in str(error.value)
     assert "\n" not in str(error.value)
-
-
-def test_a_torn_weights_file_is_refused_in_one_line(tmp_path):
-    save_tiny_clip(tmp_path)
-    weights = tmp_path / "model.safetensors"
-    weights.write_bytes(weights.read_bytes()[:5000])
-    with pytest.raises(ConfigError, match="damaged") as error:
-        load_clip(str(tmp_path))
-    assert "\n" not in str(error.value)
-
-
-def test_weights_with_a_missing_part_are_refused_rather_than_made_up(tmp_path):
-    from safetensors.torch import load_file, save_file
-
-    save_tiny_clip(tmp_path)
-    weights = load_file(tmp_path / "model.safetensors")
-    del weights["visual_projection.weight"]
-    save_file(weights, tmp_path / "model.safetensors", metadata={"format": "pt"})
-    with pytest.raises(ConfigError, match="incomplete"):
-        load_clip(str(tmp_path))
 
 
 @pytest.mark.parametrize("name", ["", "yellow", "/no/such/folder", "a/b/c"])

@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from scipy.spatial.transform import Rotation
 
 from mapping.clip.config import ClipMapperConfig
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.patches import ALL_PIXELS, embed_frame, patch_boxes, patch_points
+from tests.helpers.bundles import random_pose
 from vizbot.core.geometry import back_project, transform
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
@@ -44,14 +44,6 @@ def frame_of(depth, rgb=None):
     if rgb is None:
         rgb = np.random.default_rng(0).integers(1, 255, (height, width, 3), np.uint8)
     return RGBDFrame(0.0, rgb, depth, intrinsics_of(width, height), ImuSamples.none())
-
-
-def random_pose(seed):
-    rng = np.random.default_rng(seed)
-    T = np.eye(4)
-    T[:3, :3] = Rotation.random(rng=rng).as_matrix()
-    T[:3, 3] = rng.uniform(-5, 5, 3)
-    return T
 
 
 def random_elements(count, dimension=4, seed=0):
@@ -182,12 +174,13 @@ def test_elements_follow_their_keyframes_when_the_graph_moves(seed, counts):
     clip_map = ClipMap(4)
     added = []
     for frame, count in enumerate(counts):
-        keyframe, T_keyframe_cam = frame // 2 * 7, random_pose(seed + frame)
+        keyframe, T_keyframe_cam = frame // 2 * 7, random_pose(np.random.default_rng(seed + frame))
         elements = random_elements(count, seed=seed + frame)
         clip_map.add(keyframe, T_keyframe_cam, elements, frame)
         added.append((keyframe, T_keyframe_cam, elements.points_cam))
     for moved in (1000, 2000):
-        poses = {keyframe: random_pose(seed + moved + keyframe) for keyframe in (0, 7, 14)}
+        drawn = [np.random.default_rng(seed + moved + keyframe) for keyframe in (0, 7, 14)]
+        poses = dict(zip((0, 7, 14), map(random_pose, drawn), strict=True))
         expected = [transform(poses[i] @ T, points) for i, T, points in added]
         np.testing.assert_allclose(clip_map.points_map(poses), np.concatenate(expected), atol=1e-9)
 

@@ -22,6 +22,11 @@ from tests.helpers.boxes import (
 from vizbot.core.geometry import camera_mount, invert, planar
 
 
+@pytest.fixture
+def mapper():
+    return DepthMapper(DepthMapperConfig())
+
+
 def test_a_map_of_nothing_is_unknown():
     grid = DepthMapper(DepthMapperConfig()).grid()
     assert grid.occupancy.size
@@ -29,8 +34,7 @@ def test_a_map_of_nothing_is_unknown():
 
 
 @pytest.mark.parametrize("noisy", [False, True])
-def test_walls_are_where_they_are_and_the_floor_before_them_is_free(noisy):
-    mapper = DepthMapper(DepthMapperConfig())
+def test_walls_are_where_they_are_and_the_floor_before_them_is_free(mapper, noisy):
     rng = np.random.default_rng(0) if noisy else None
     for i in range(12):
         see(mapper, planar(-0.5, 0.3, i * np.pi / 6), keyframe=i, frames=6, rng=rng)
@@ -48,31 +52,27 @@ def test_walls_are_where_they_are_and_the_floor_before_them_is_free(noisy):
     assert (grid.occupancy[tuple(cells.T)] < 0.35).mean() > 0.99
 
 
-def test_one_frame_alone_makes_no_obstacle():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_one_frame_alone_makes_no_obstacle(mapper):
     see(mapper, planar(0.0, 0.0, 0.0), [LOW_BOX])
     assert not len(occupied_xy(mapper.grid()))
     see(mapper, planar(0.0, 0.0, 0.0), [LOW_BOX])
     assert at(mapper.grid(), 1.01, 0.0) > 0.65
 
 
-def test_what_lies_behind_an_obstacle_stays_unknown():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_what_lies_behind_an_obstacle_stays_unknown(mapper):
     cupboard = ((1.5, -0.5, 0.0), (1.9, 0.5, 1.8))
     see(mapper, planar(0.0, 0.0, 0.0), [cupboard], frames=3)
     assert at(mapper.grid(), 2.4, 0.0) == 0.5
     assert at(mapper.grid(), 1.2, 0.0) < 0.5
 
 
-def test_floor_seen_over_a_low_obstacle_is_free():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_floor_seen_over_a_low_obstacle_is_free(mapper):
     see(mapper, planar(-0.5, 0.0, 0.0), [LOW_BOX], frames=3)
     assert at(mapper.grid(), 1.02, 0.0) > 0.65
     assert at(mapper.grid(), 2.6, 0.0) < 0.35
 
 
-def test_rays_above_a_low_obstacle_in_the_blind_zone_do_not_clear_it():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_rays_above_a_low_obstacle_in_the_blind_zone_do_not_clear_it(mapper):
     see(mapper, planar(-0.5, 0.0, 0.0), [LOW_BOX], frames=5)
     before = at(mapper.grid(), 1.02, 0.0)
     assert before > 0.65
@@ -81,29 +81,25 @@ def test_rays_above_a_low_obstacle_in_the_blind_zone_do_not_clear_it():
     assert at(mapper.grid(), 2.6, 0.0) < 0.35
 
 
-def test_things_above_the_robot_do_not_block_it():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_things_above_the_robot_do_not_block_it(mapper):
     see(mapper, planar(-0.9, 0.0, 0.0), [SHELF], frames=4)
     beneath = at(mapper.grid(), 1.1, 0.0)
     assert beneath < 0.35
 
 
-def test_an_obstacle_that_has_gone_is_cleared():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_an_obstacle_that_has_gone_is_cleared(mapper):
     see(mapper, planar(-0.5, 0.0, 0.0), [LOW_BOX], frames=30)
     see(mapper, planar(-0.5, 0.0, 0.0), frames=15)
     assert at(mapper.grid(), 1.02, 0.0) < 0.35
 
 
-def test_an_obstacle_that_appears_on_free_floor_is_drawn_within_a_second():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_an_obstacle_that_appears_on_free_floor_is_drawn_within_a_second(mapper):
     see(mapper, planar(-0.5, 0.0, 0.0), frames=50)
     see(mapper, planar(-0.5, 0.0, 0.0), [LOW_BOX], frames=5)
     assert at(mapper.grid(), 1.02, 0.0) > 0.65
 
 
-def test_a_floor_without_depth_is_passed_but_weakly():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_a_floor_without_depth_is_passed_but_weakly(mapper):
     rows = np.arange(INTRINSICS.height)[:, None]
 
     def glossy(depth):
@@ -117,8 +113,7 @@ def test_a_floor_without_depth_is_passed_but_weakly():
     assert at(mapper.grid(), 3.02, 0.0) > 0.65
 
 
-def test_a_flying_pixel_between_two_surfaces_is_no_obstacle():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_a_flying_pixel_between_two_surfaces_is_no_obstacle(mapper):
     depth = np.full((INTRINSICS.height, INTRINSICS.width), 2.0, np.float32)
     depth[:, 160:] = 3.0
     depth[:, 159:161] = 2.4, 2.7
@@ -129,8 +124,7 @@ def test_a_flying_pixel_between_two_surfaces_is_no_obstacle():
     assert (np.abs(x - 2.0) < 0.06).any() and (np.abs(x - 3.0) < 0.06).any()
 
 
-def test_depth_never_clears_what_the_bumper_felt():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_depth_never_clears_what_the_bumper_felt(mapper):
     see(mapper, planar(-0.5, 0.0, 0.0), frames=2)
     mapper.mark_obstacle(planar(1.0, 0.0, 0.0), np.array([[0.22, 0.02]]))
     see(mapper, planar(-0.5, 0.0, 0.0), frames=20)
@@ -138,8 +132,7 @@ def test_depth_never_clears_what_the_bumper_felt():
     assert at(mapper.grid(), 1.1, 0.0) < 0.35
 
 
-def test_standing_on_a_contact_removes_it_and_standing_beside_it_does_not():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_standing_on_a_contact_removes_it_and_standing_beside_it_does_not(mapper):
     mapper.mark_obstacle(planar(0.0, 0.0, 0.0), np.array([[0.22, 0.02]]))
     mapper.mark_free(planar(0.0, 0.0, 0.0), 0.175)
     assert at(mapper.grid(), 0.22, 0.02) == 1.0
@@ -148,8 +141,7 @@ def test_standing_on_a_contact_removes_it_and_standing_beside_it_does_not():
     assert at(mapper.grid(), 0.22, 0.02) < 0.35
 
 
-def test_what_was_only_touched_can_be_forgotten_and_an_edge_cannot():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_what_was_only_touched_can_be_forgotten_and_an_edge_cannot(mapper):
     mapper.mark_obstacle(planar(0.0, 0.0, 0.0), np.array([[0.22, 0.02]]), touched=True)
     mapper.mark_obstacle(planar(0.0, 0.0, 0.0), np.array([[0.22, 0.32]]))
     assert mapper.forget_touched()
@@ -158,8 +150,7 @@ def test_what_was_only_touched_can_be_forgotten_and_an_edge_cannot():
     assert not mapper.forget_touched()
 
 
-def test_the_grid_grows_and_keeps_what_it_holds():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_the_grid_grows_and_keeps_what_it_holds(mapper):
     mapper.mark_obstacle(planar(0.0, 0.0, 0.0), np.array([[0.22, 0.02]]))
     mapper.mark_free(planar(-0.5, 0.3, 0.0), 0.175)
     small = mapper.grid()
@@ -196,8 +187,7 @@ def test_a_bearing_bin_is_that_of_the_arctangent(edge, off, distance):
     assert bearing_bin(x, y, BEARINGS) == expected
 
 
-def test_the_edge_of_a_hole_in_the_floor_is_an_obstacle():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_the_edge_of_a_hole_in_the_floor_is_an_obstacle(mapper):
     rng = np.random.default_rng(0)
     for x in np.arange(0.0, 0.6, 0.1):
         T_map_cam = planar(x, 0.0, 0.0) @ MOUNT
@@ -212,8 +202,7 @@ def test_the_edge_of_a_hole_in_the_floor_is_an_obstacle():
     assert (np.abs(beside[:, 1]) < 0.7).all()
 
 
-def test_a_hole_far_away_is_unknown_and_no_obstacle():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_a_hole_far_away_is_unknown_and_no_obstacle(mapper):
     T_map_cam = planar(-0.8, 0.0, 0.0) @ MOUNT
     for _ in range(5):
         mapper.integrate(0, np.eye(4), T_map_cam, stairwell(T_map_cam), INTRINSICS)
@@ -221,8 +210,7 @@ def test_a_hole_far_away_is_unknown_and_no_obstacle():
 
 
 @pytest.mark.parametrize("pitch", [-0.015, 0.015])
-def test_a_camera_that_nods_sees_no_holes_in_a_floor_that_is_whole(pitch):
-    mapper = DepthMapper(DepthMapperConfig())
+def test_a_camera_that_nods_sees_no_holes_in_a_floor_that_is_whole(mapper, pitch):
     rng = np.random.default_rng(1)
     T_map_cam = planar(0.0, 0.0, 0.0) @ MOUNT
     nodding = planar(0.0, 0.0, 0.0) @ camera_mount(0.6, 0.0, 0.25 + pitch)
@@ -232,8 +220,7 @@ def test_a_camera_that_nods_sees_no_holes_in_a_floor_that_is_whole(pitch):
     assert not (np.linalg.norm(near, axis=1) < 2.5).any()
 
 
-def test_an_inferred_obstacle_beyond_the_range_of_scans_is_left_out():
-    mapper = DepthMapper(DepthMapperConfig())
+def test_an_inferred_obstacle_beyond_the_range_of_scans_is_left_out(mapper):
     reach = DepthMapperConfig().scan.max_range
     mapper.infer_obstacle(planar(0.0, 0.0, 0.0), np.array([[1.0, 0.0], [reach + 0.5, 0.0]]))
     walls = occupied_xy(mapper.grid())

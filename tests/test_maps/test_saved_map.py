@@ -16,7 +16,8 @@ from tests.conftest import MeanColours
 from tests.helpers.box_room import T_BASE_CAM, dead_reckoning, lap, render
 from tests.helpers.boxes import LOW_BOX, MOUNT, see
 from tests.helpers.bundles import Encoder, bundle_of
-from vizbot.config import Config, PerceptionConfig
+from tests.helpers.mapped_path import AT_ONCE, mapped
+from vizbot.config import Config
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert, planar, rotation_angle
 from vizbot.core.simulated_clock import SimulatedClock
@@ -26,7 +27,6 @@ from vizbot.perception.run_record import RunRecord
 from vizbot.pipeline import Pipeline
 
 CONFIG = DepthMapperConfig()
-AT_ONCE = PerceptionConfig(embedding_latency=0.0)
 
 
 def known(grid: OccupancyGrid) -> dict[tuple[float, float], float]:
@@ -101,17 +101,7 @@ def test_a_map_of_another_encoder_is_refused_before_anything_is_read():
 
 @pytest.fixture(scope="module")
 def kept_run() -> MapBundle:
-    mean_colours = MeanColours()
-    path = lap(100)
-    wheels = dead_reckoning(path)
-    perception = None
-    for i, T_map_base in enumerate(path):
-        frame = render(T_map_base, 0.2 * i)
-        if perception is None:
-            perception = Perception(frame, T_BASE_CAM, mean_colours, SimulatedClock(), AT_ONCE)
-        perception.embed(frame, perception.update(frame, wheels[i]))
-    perception.finish()
-    return perception.bundle()
+    return mapped(MeanColours(), lap(100)).bundle()
 
 
 @pytest.fixture
@@ -126,12 +116,7 @@ def test_a_robot_finds_itself_in_a_kept_map_and_maps_on(first_run, mean_colours,
     wheels = dead_reckoning(onward)
     frames = [render(T, 0.2 * i) for i, T in enumerate(onward)]
     perception = Perception(
-        frames[0],
-        T_BASE_CAM,
-        mean_colours,
-        SimulatedClock(),
-        AT_ONCE,
-        saved_map=kept,
+        frames[0], T_BASE_CAM, mean_colours, SimulatedClock(), AT_ONCE, saved_map=kept
     )
     before = perception.points()
     np.testing.assert_allclose(before, first_run.element_points(), atol=1e-6)

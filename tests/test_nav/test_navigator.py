@@ -6,7 +6,7 @@ import pytest
 from nav.config import NavigatorConfig, Reach, RecoveryConfig
 from nav.costmap import Costmap, LiveCostmap, build_costmap
 from nav.goal_region import NO_GOAL, fronts, goal_region
-from nav.navigator import GoalPoints, explore_distant, navigate
+from nav.navigator import GoalPoints, Navigation, explore_distant, navigate
 from nav.recovery import Recovery, contact_points
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.geometry import planar
@@ -45,6 +45,16 @@ def gap(grid: OccupancyGrid, T_map_base: np.ndarray) -> float:
     return float(np.linalg.norm(outside, axis=1).min())
 
 
+def way_to(
+    grid: OccupancyGrid,
+    goals: GoalPoints,
+    T_map_base: np.ndarray,
+    reach: Reach = REACH,
+    last: Navigation | None = None,
+) -> Navigation | None:
+    return navigate(costs_on(grid), goals, T_map_base, reach, CONFIG, last)
+
+
 def seen_from(
     truth: OccupancyGrid, known: np.ndarray, T_map_base: np.ndarray, fov: float, reach: float
 ) -> None:
@@ -70,7 +80,7 @@ def test_the_robot_arrives_without_touching_anything(seed):
     goals_xy = np.array([[3.5, -0.3], [3.6, -0.2]])
     navigation, way = None, 0.0
     for _ in range(400):
-        navigation = navigate(costs_on(grid), GoalPoints(goals_xy), T, REACH, CONFIG, navigation)
+        navigation = way_to(grid, GoalPoints(goals_xy), T, last=navigation)
         assert navigation is not None
         if navigation.arrived:
             break
@@ -90,7 +100,7 @@ def test_a_goal_on_a_wall_is_not_reached_through_the_wall():
     goals_xy = np.array([[2.55, -0.5]])
     T = planar(1.75, -0.5, 0.0)
     assert np.linalg.norm(goals_xy[0] - T[:2, 3]) < REACH.distance
-    navigation = navigate(costs_on(grid), GoalPoints(goals_xy), T, REACH, CONFIG)
+    navigation = way_to(grid, GoalPoints(goals_xy), T)
     assert navigation is not None and not navigation.arrived
     assert navigation.path[-1, 0] > 2.05
     assert navigation.distance > 2.0
@@ -99,38 +109,17 @@ def test_a_goal_on_a_wall_is_not_reached_through_the_wall():
 def test_an_enclosed_goal_is_not_reachable():
     grid = two_rooms()
     grid.occupancy[50:66, 60] = 1.0
-    assert (
-        navigate(
-            costs_on(grid), GoalPoints(np.array([[3.5, 0.8]])), planar(0.0, 1.5, 0.0), REACH, CONFIG
-        )
-        is None
-    )
-    assert (
-        navigate(
-            costs_on(grid), GoalPoints(np.array([[0.8, 1.5]])), planar(0.0, 1.5, 0.0), REACH, CONFIG
-        )
-        is not None
-    )
+    assert way_to(grid, GoalPoints(np.array([[3.5, 0.8]])), planar(0.0, 1.5, 0.0)) is None
+    assert way_to(grid, GoalPoints(np.array([[0.8, 1.5]])), planar(0.0, 1.5, 0.0)) is not None
 
 
 def test_navigation_without_goals_is_none():
-    assert (
-        navigate(
-            costs_on(two_rooms()),
-            GoalPoints(np.zeros((0, 2))),
-            planar(0.0, 1.5, 0.0),
-            REACH,
-            CONFIG,
-        )
-        is None
-    )
+    assert way_to(two_rooms(), GoalPoints(np.zeros((0, 2))), planar(0.0, 1.5, 0.0)) is None
 
 
 def test_the_cheaper_of_two_goals_is_taken():
     goals_xy = np.array([[4.6, 2.2], [-0.4, 2.2]])
-    navigation = navigate(
-        costs_on(two_rooms()), GoalPoints(goals_xy), planar(1.2, 1.5, 0.0), REACH, CONFIG
-    )
+    navigation = way_to(two_rooms(), GoalPoints(goals_xy), planar(1.2, 1.5, 0.0))
     assert navigation is not None
     assert navigation.goal == 1
     np.testing.assert_array_equal(navigation.goal_xy, goals_xy[1])
@@ -152,16 +141,10 @@ def test_a_thing_at_a_wall_is_gone_to_from_the_side_where_it_was_seen():
     grid.occupancy[8:20, 61:65] = 1.0
     goals_xy, seen = np.array([[2.15, -0.8]]), np.array([[4.0, -0.8]])
     behind = planar(1.6, -0.8, 0.0)
-    anywhere = navigate(
-        costs_on(grid), GoalPoints(goals_xy), behind, Reach(distance=0.6, extent=0.4), CONFIG
-    )
+    anywhere = way_to(grid, GoalPoints(goals_xy), behind, Reach(distance=0.6, extent=0.4))
     assert anywhere is not None and anywhere.arrived
-    there = navigate(
-        costs_on(grid),
-        GoalPoints(goals_xy, seen_from=seen),
-        behind,
-        Reach(distance=0.6, extent=0.4),
-        CONFIG,
+    there = way_to(
+        grid, GoalPoints(goals_xy, seen_from=seen), behind, Reach(distance=0.6, extent=0.4)
     )
     assert there is not None and not there.arrived
     assert there.path[-1, 0] > 2.3
@@ -186,9 +169,7 @@ def test_the_goal_that_is_seen_keeps_its_index():
     goals_xy, seen = np.array([[3.5, -0.2], [1.2, 0.3]]), np.array([[3.5, 1.9], [1.0, 1.5]])
     reach = Reach(distance=0.9, extent=0.1)
     costs = np.array([0.0, 5.0])
-    way = navigate(
-        costs_on(grid), GoalPoints(goals_xy, costs, seen), planar(-0.5, 1.5, 0.0), reach, CONFIG
-    )
+    way = way_to(grid, GoalPoints(goals_xy, costs, seen), planar(-0.5, 1.5, 0.0), reach)
     assert way is not None and way.goal == 1
     np.testing.assert_array_equal(way.goal_xy, goals_xy[1])
 
@@ -237,12 +218,12 @@ def test_a_slightly_cheaper_way_does_not_turn_the_robot_around():
     grid = OccupancyGrid(np.zeros((80, 80), np.float32), RESOLUTION, np.array([-2.0, -2.0]))
     grid.occupancy[30:50, 30:50] = 1.0
     goal = np.array([[0.0, 1.8]])
-    above = navigate(costs_on(grid), GoalPoints(goal), planar(0.0, -1.2, 0.0), REACH, CONFIG)
+    above = way_to(grid, GoalPoints(goal), planar(0.0, -1.2, 0.0))
     assert above is not None
     side = np.sign(above.path[np.argmax(np.abs(above.path[:, 0])), 0])
     leaning = planar(-0.05 * side, -1.2, 0.0)
-    again = navigate(costs_on(grid), GoalPoints(goal), leaning, REACH, CONFIG, above)
-    anew = navigate(costs_on(grid), GoalPoints(goal), leaning, REACH, CONFIG)
+    again = way_to(grid, GoalPoints(goal), leaning, last=above)
+    anew = way_to(grid, GoalPoints(goal), leaning)
     assert again is not None and anew is not None
     assert np.sign(again.path[np.argmax(np.abs(again.path[:, 0])), 0]) == side
     assert np.sign(anew.path[np.argmax(np.abs(anew.path[:, 0])), 0]) == -side
@@ -251,10 +232,10 @@ def test_a_slightly_cheaper_way_does_not_turn_the_robot_around():
 def test_a_path_that_is_blocked_is_left_at_once():
     grid = OccupancyGrid(np.zeros((80, 80), np.float32), RESOLUTION, np.array([-2.0, -2.0]))
     goal, T = np.array([[0.0, 1.8]]), planar(0.0, -1.2, 1.57)
-    straight = navigate(costs_on(grid), GoalPoints(goal), T, REACH, CONFIG)
+    straight = way_to(grid, GoalPoints(goal), T)
     assert straight is not None
     grid.occupancy[40, 30:50] = 1.0
-    around = navigate(costs_on(grid), GoalPoints(goal), T, REACH, CONFIG, straight)
+    around = way_to(grid, GoalPoints(goal), T, last=straight)
     assert around is not None
     assert np.abs(around.path[:, 0]).max() > 0.6
 

@@ -106,34 +106,31 @@ def test_no_behaviour_drives_far_backwards_while_the_sensors_are_frozen(pipeline
     drive_while_frozen(pipeline_on(base, resume_safe=True), base, [(name, 130)], list(TASKS))
 
 
-def frozen_in_turn(examples):
-    """A property of every course of frozen sensors and tasks."""
-    return lambda test: settings(
-        max_examples=examples, suppress_health_check=[HealthCheck.function_scoped_fixture]
-    )(
-        given(
-            felt=st.lists(
-                st.tuples(st.sampled_from(sorted(FROZEN)), st.integers(1, 60)),
-                min_size=1, max_size=4,
-            ),
-            tasks=st.lists(st.sampled_from(sorted(TASKS)), min_size=1, max_size=4),
-            turns=st.booleans(),
-            resume_safe=st.booleans(),
-        )(test)
-    )  # fmt: skip
+def courses(examples):
+    """A test of so many courses of frozen sensors and tasks."""
+
+    @settings(max_examples=examples, suppress_health_check=[HealthCheck.function_scoped_fixture])
+    @given(
+        felt=st.lists(
+            st.tuples(st.sampled_from(sorted(FROZEN)), st.integers(1, 60)), min_size=1, max_size=4
+        ),
+        tasks=st.lists(st.sampled_from(sorted(TASKS)), min_size=1, max_size=4),
+        turns=st.booleans(),
+        resume_safe=st.booleans(),
+    )
+    def test(pipeline_on, felt, tasks, turns, resume_safe):
+        base = FrozenBase(turns=turns)
+        drive_while_frozen(pipeline_on(base, resume_safe=resume_safe), base, felt, tasks)
+
+    return test
 
 
-@frozen_in_turn(4)
-def test_nor_does_any_while_they_freeze_in_turn(pipeline_on, felt, tasks, turns, resume_safe):
-    base = FrozenBase(turns=turns)
-    drive_while_frozen(pipeline_on(base, resume_safe=resume_safe), base, felt, tasks)
+test_nor_does_any_while_they_freeze_in_turn = courses(4)
+test_nor_does_any_in_many_courses = pytest.mark.long(courses(300))
 
 
-@pytest.mark.long
-@frozen_in_turn(300)
-def test_nor_does_any_in_many_courses(pipeline_on, felt, tasks, turns, resume_safe):
-    base = FrozenBase(turns=turns)
-    drive_while_frozen(pipeline_on(base, resume_safe=resume_safe), base, felt, tasks)
+def explore(pipeline, ticks):
+    return [pipeline.tick(Task.EXPLORE) for _ in range(ticks)]
 
 
 @pytest.mark.parametrize("felt", [BUMPED, WALL, STUCK], ids=["bumper", "wall", "overcurrent"])
@@ -148,16 +145,14 @@ def test_a_contact_that_lasts_ends_the_task_at_rest_and_every_later_one_at_once(
     assert "has not helped: 0.3 m in" in reason and "put it where its way ahead is free" in reason
     assert steps[-1].command == base.driven[-1] == STOP
     assert -base.T_odom_base[0, 3] == pytest.approx(0.3, abs=0.01)
-    for _ in range(40):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 40)
     assert -base.T_odom_base[0, 3] <= 0.3
 
 
 def test_wheels_that_do_not_count_are_given_five_seconds(pipeline_on):
     base = FrozenBase(felt=BUMPED, turns=False)
     pipeline = pipeline_on(base)
-    for _ in range(200):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 200)
     backwards = sum(twist.linear < 0.0 for twist in base.driven) * PERIOD
     assert 4.0 < backwards <= 5.0
 
@@ -166,14 +161,12 @@ def test_way_ahead_without_a_contact_gives_the_budget_back_and_less_does_not(pip
     for ahead, again in ((0.14, False), (0.16, True)):
         base = FrozenBase(felt=WALL)
         pipeline = pipeline_on(base)
-        for _ in range(60):
-            pipeline.tick(Task.EXPLORE)
+        explore(pipeline, 60)
         base.felt = {}
         base.T_odom_base = base.T_odom_base @ planar(ahead, 0.0, 0.0)
         pipeline.tick(Task.MAP)  # somebody drives it by hand
         base.felt, there = WALL, base.T_odom_base
-        for _ in range(60):
-            pipeline.tick(Task.EXPLORE)
+        explore(pipeline, 60)
         more = -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3])
         assert more == pytest.approx(0.3 if again else 0.0, abs=0.01)
 
@@ -186,8 +179,7 @@ def test_much_way_ahead_is_not_saved_up(pipeline_on):
         base.T_odom_base = base.T_odom_base @ planar(0.5, 0.0, 0.0)
         pipeline.tick(Task.MAP)
     base.felt, there = {"docked": True}, base.T_odom_base
-    for _ in range(80):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 80)
     more = -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3])
     assert more == pytest.approx(0.6, abs=0.01)
 
@@ -195,12 +187,10 @@ def test_much_way_ahead_is_not_saved_up(pipeline_on):
 def test_way_ahead_along_a_contact_gives_nothing_back(pipeline_on):
     base = FrozenBase(felt=WALL)
     pipeline = pipeline_on(base)
-    for _ in range(60):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 60)
     base.T_odom_base = base.T_odom_base @ planar(0.5, 0.0, 0.0)
     there = base.T_odom_base
-    for _ in range(60):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 60)
     np.testing.assert_allclose(base.T_odom_base, there, atol=0.01)
 
 
@@ -211,19 +201,16 @@ def test_driving_backwards_by_hand_costs_nothing(pipeline_on):
         base.drive(Twist(-0.4, 0.0))
         pipeline.tick(Task.MAP)
     base.felt, there = BUMPED, base.T_odom_base
-    for _ in range(60):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 60)
     assert -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3]) == pytest.approx(0.3, abs=0.01)
 
 
 def test_another_map_gives_nothing_back(pipeline_on):
     base = FrozenBase(felt=BUMPED)
     pipeline = pipeline_on(base)
-    for _ in range(60):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 60)
     pipeline.begin_map(None)
-    for _ in range(60):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 60)
     assert -base.T_odom_base[0, 3] <= 0.3
 
 
@@ -254,7 +241,7 @@ def test_a_dock_that_does_not_let_go_ends_the_task_after_little_more_than_the_us
 ):
     base = FrozenBase(felt={"docked": True})
     pipeline = pipeline_on(base)
-    steps = [pipeline.tick(Task.EXPLORE) for _ in range(80)]
+    steps = explore(pipeline, 80)
     ended = [step.ended for step in steps if step.ended is not None]
     assert "leaving the dock has not helped: 0.6 m" in ended[0][1]
     assert "put it off its dock" in ended[0][1]
@@ -265,20 +252,17 @@ def test_a_dock_that_does_not_let_go_ends_the_task_after_little_more_than_the_us
 def test_few_frames_with_the_bit_of_the_dock_do_not_move_it_backwards(pipeline_on, frames):
     base = FrozenBase(felt={"docked": True})
     pipeline = pipeline_on(base)
-    for _ in range(frames):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, frames)
     assert base.driven == [STOP] * frames
     base.felt = {}
-    for _ in range(20):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 20)
     assert all(twist.linear >= 0.0 for twist in base.driven)
 
 
 def test_the_fifth_frame_in_a_row_with_the_bit_of_the_dock_moves_it(pipeline_on):
     base = FrozenBase(felt={"docked": True})
     pipeline = pipeline_on(base)
-    for _ in range(5):
-        pipeline.tick(Task.EXPLORE)
+    explore(pipeline, 5)
     assert base.driven[:4] == [STOP] * 4 and base.driven[4].linear < 0.0
 
 

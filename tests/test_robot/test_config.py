@@ -30,15 +30,10 @@ def test_a_rehearsal_writes_every_setting_of_its_own_beside_the_robots(tmp_path)
     assert RehearsalConfig.of(again).sim_camera.rate == 5.0
 
 
-def test_a_misspelt_key_is_named(tmp_path):
-    (tmp_path / "robot.toml").write_text("[mount]\nhieght = 0.7\n")
-    with pytest.raises(ConfigError, match=r"no setting mount\.hieght; use height$"):
-        load_config(tmp_path / "robot.toml")
-
-
 @pytest.mark.parametrize(
     ("settings", "line"),
     [
+        ("[mount]\nhieght = 0.7\n", r"no setting mount\.hieght; use height$"),
         ("serial_prot = 1", "there is no setting serial_prot; use serial_port"),
         ("[mount]\nheight = -3.0", "mount.height = -3.0: it must be at least 0.1, in metres"),
         (
@@ -65,10 +60,7 @@ def test_every_wrong_setting_is_told_with_its_value_and_a_remedy(tmp_path, setti
             "[[objectnav.waypoint_reaches]]\ndistance = -1\nextent = 1",
             "distance = -1: it must be at least 0.05",
         ),
-        (
-            "[perception.clip_mapper]\nscales = []",
-            "scales = []: it has 0 entries",
-        ),
+        ("[perception.clip_mapper]\nscales = []", "scales = []: it has 0 entries"),
         ("[perception.clip_mapper]\npatch_size = 225", "{'patch_size': 225}: scale -1 of"),
         ("[mount]\nheight = 1.5", "robot.toml: the camera's top at 1.55 m is above"),
     ],
@@ -87,17 +79,12 @@ def test_a_missing_file_is_named(tmp_path):
         load_config(tmp_path / "robot.toml")
 
 
-def test_text_that_is_not_toml_is_refused(tmp_path):
-    (tmp_path / "robot.toml").write_text("height: 0.7")
-    with pytest.raises(ConfigError, match="is not TOML"):
-        load_config(tmp_path / "robot.toml")
-
-
 @pytest.mark.parametrize(
     ("text", "line"),
     [
         ("clip = " + 900 * "[" + 900 * "]", "nested too deep"),
         ("clip = 1" + 5000 * "0", "is not TOML: .*digits"),
+        ("height: 0.7", "is not TOML"),
         (
             "[objectnav]\nmax_steps = 1" + 400 * "0" + "\nanswer_probability = 0",
             "answer_probability = 0",

@@ -5,7 +5,6 @@
 """
 
 import os
-import threading
 from contextlib import ExitStack
 
 import cv2
@@ -29,6 +28,7 @@ from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.free_floor import FreeFloor
 from sim_stubs.world.world_name import open_world
+from tests.helpers.d435i_frames import streaming
 from tests.helpers.roomba_rig import open_lockstep
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
@@ -71,21 +71,9 @@ def sdk_recording(opened, tmp_path):
 
 
 def software_camera(opened, tmp_path):
-    device, ended = SoftwareD435i(), threading.Event()
-    context = device.plug_in()
-
-    def stream():
-        number = 0
-        while not ended.wait(1 / 30):
-            colour = np.full((480, 640, 3), number % 256, np.uint8)
-            device.push_frame(colour, np.full((480, 640), 1500, np.uint16), 1.7e9 + number / 30)
-            number += 1
-
-    camera = RealSense(RealSenseConfig(imu=False), WallClock(), context)
-    thread = threading.Thread(target=stream, daemon=True)
-    opened.callback(thread.join)
-    opened.callback(ended.set)
-    thread.start()
+    device = SoftwareD435i()
+    camera = RealSense(RealSenseConfig(imu=False), WallClock(), device.plug_in())
+    opened.enter_context(streaming(device))
     return camera
 
 

@@ -1,7 +1,5 @@
 """One device is real, the other simulated."""
 
-import threading
-
 import numpy as np
 import pytest
 
@@ -12,6 +10,7 @@ from drivers.roomba import serial_port
 from drivers.roomba.serial_port import SerialAddress
 from sim_stubs.realsense.software_device import SoftwareD435i
 from sim_stubs.world.body import Contacts
+from tests.helpers.d435i_frames import streaming
 from vizbot.config import Config
 from vizbot.core.geometry import planar
 from vizbot.core.types import BaseMode, BaseState, Twist
@@ -63,24 +62,13 @@ def test_a_real_base_bumps_into_what_is_simulated(caplog):
 @pytest.fixture
 def plugged_in(monkeypatch):
     """A D435i that streams."""
-    device, ended = SoftwareD435i(), threading.Event()
+    device = SoftwareD435i()
     context = device.plug_in()
-
-    def stream():
-        number = 0
-        while not ended.wait(1 / 30):
-            colour = np.full((480, 640, 3), number % 256, np.uint8)
-            device.push_frame(colour, np.full((480, 640), 1500, np.uint16), 1.7e9 + number / 30)
-            number += 1
-
     monkeypatch.setattr(
         realsense, "RealSense", lambda config, clock: RealSense(config, clock, context)
     )
-    thread = threading.Thread(target=stream, daemon=True)
-    thread.start()
-    yield
-    ended.set()
-    thread.join()
+    with streaming(device):
+        yield
 
 
 def test_a_real_camera_goes_with_a_simulated_base(plugged_in):

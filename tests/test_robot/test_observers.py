@@ -28,25 +28,14 @@ class Writer:
         self.told.append(report)
 
 
-class Counter:
-    def __init__(self):
-        self.told = []
-
-    def on_step(self, step):
-        self.told.append(step)
-
-    def on_goal(self, report):
-        self.told.append(report)
-
-
 def test_one_that_cannot_write_is_told_no_more_and_the_others_are(caplog):
-    writer, counter = Writer(), Counter()
-    observers = Observers([writer, counter])
+    writer, told = Writer(), []
+    observers = Observers([writer, SimpleNamespace(on_step=told.append, on_goal=told.append)])
     for step in range(4):
         observers.on_step(step)
     observers.on_goal("report")
     assert writer.told == [0, 1]
-    assert counter.told == [0, 1, 2, 3, "report"]
+    assert told == [0, 1, 2, 3, "report"]
     assert caplog.text.count("Writer ends here: No space left on device; free some space") == 1
 
 

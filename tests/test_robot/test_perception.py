@@ -1,4 +1,5 @@
 import signal
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,32 +14,18 @@ from mapping.clip.scores import Background, Query
 from mapping.clip.weights import fitted_weights
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.slam.slam import Slam
-from tests.helpers.box_room import CAMERA, T_BASE_CAM, dead_reckoning, lap, render
+from tests.helpers.box_room import CAMERA, T_BASE_CAM, lap, render
+from tests.helpers.mapped_path import mapped
 from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import invert, planar, transform
 from vizbot.core.program.interrupts import ending_on_signals
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.perception.perception import Perception
 
-AT_ONCE = PerceptionConfig(embedding_latency=0.0)
-
 
 @pytest.fixture
 def perceive(mean_colours):
-    """Works frames from a path through the box room into a new map."""
-
-    def perceive(path, watch=lambda perception: None):
-        wheels, perception = dead_reckoning(path), None
-        for i, T_map_base in enumerate(path):
-            frame = render(T_map_base, 0.2 * i)
-            if perception is None:
-                perception = Perception(frame, T_BASE_CAM, mean_colours, SimulatedClock(), AT_ONCE)
-            perception.embed(frame, perception.update(frame, wheels[i]))
-            watch(perception)
-        perception.finish()
-        return perception
-
-    return perceive
+    return partial(mapped, mean_colours)
 
 
 def test_frames_that_come_while_the_encoder_is_busy_are_counted(mean_colours):

@@ -138,21 +138,25 @@ def test_a_base_that_falls_silent_is_waited_for_and_not_for_ever(pipeline_on):
     assert waited == pytest.approx(RoombaConfig().reconnect_timeout, abs=2 * PERIOD)
 
 
+def until_it_ends(pipeline, goal, most=120):
+    """The steps of a search, which must end by then."""
+    steps = [pipeline.tick(goal)]
+    while steps[-1].ended is None:
+        assert len(steps) < most
+        steps.append(pipeline.tick(goal))
+    return steps
+
+
 def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     base = ScriptedBase()
     pipeline = pipeline_on(base, colour=(240, 220, 12))
     goal = pipeline.goal("yellow chair")
-    activities, track = [], []
     for _ in range(3):
         began = pipeline.tick(Task.MAP).frame.stamp
-    for _ in range(120):
-        step = pipeline.tick(goal)
-        activities.append(step.activity)
-        track.append(step.T_map_base[:2, 3])
-        if step.ended is not None:
-            break
-    assert step.ended is not None and step.ended[0] is Outcome.ARRIVED
-    assert "making sure" in activities
+    steps = until_it_ends(pipeline, goal)
+    step, track = steps[-1], [each.T_map_base[:2, 3] for each in steps]
+    assert step.ended[0] is Outcome.ARRIVED
+    assert "making sure" in {each.activity for each in steps}
     assert base.driven[-1] == STOP
     report = pipeline.report(goal, *step.ended)
     driven = np.linalg.norm(np.diff(track, axis=0), axis=1).sum()
@@ -246,12 +250,8 @@ def test_by_belief_the_robot_stops_before_the_place_that_it_believes(pipeline_on
     base = ScriptedBase()
     pipeline = pipeline_on(base, colour=(240, 220, 12))
     goal = pipeline.goal("yellow chair")
-    ended = None
-    for _ in range(80):
-        step = pipeline.tick(goal)
-        if (ended := step.ended) is not None:
-            break
-    assert ended is not None and ended[0] is Outcome.ARRIVED and "99%" in ended[1]
+    ended = until_it_ends(pipeline, goal, 80)[-1].ended
+    assert ended[0] is Outcome.ARRIVED and "99%" in ended[1]
     assert base.driven[-1] == STOP
     assert len({id(belief) for belief in asked}) == 1
     answer = pipeline.report(goal, *ended).candidates[0]
@@ -374,11 +374,7 @@ def test_the_grid_that_is_shown_and_planned_on_holds_the_zones(pipeline_on):
 def test_what_is_refuted_is_believed_less_by_the_next_search_for_the_same_words(pipeline_on):
     pipeline = pipeline_on(ScriptedBase(), colour=(240, 220, 12))
     goal = pipeline.goal("yellow chair")
-    ended = None
-    for _ in range(120):
-        if (ended := pipeline.tick(goal).ended) is not None:
-            break
-    place = pipeline.report(goal, *ended).candidates[0]
+    place = pipeline.report(goal, *until_it_ends(pipeline, goal)[-1].ended).candidates[0]
 
     def believed_there(text):
         scores = pipeline.tick(pipeline.goal(text)).scores

@@ -44,14 +44,18 @@ class Search:
         return self.guard.barred(self.now, exploring=True).tolist()
 
 
+@pytest.fixture
+def search():
+    return Search()
+
+
 def on_way(distance, aim, exploring=True):
     path = np.array([[0.0, 0.0], aim])
     navigation = Navigation(AHEAD, path, 0, np.array(aim), distance, arrived=False)
     return Decision(AHEAD, "exploring", navigation, exploring)
 
 
-def test_an_aim_of_which_nothing_comes_is_left_alone_for_a_while():
-    search = Search()
+def test_an_aim_of_which_nothing_comes_is_left_alone_for_a_while(search):
     search.go(PATIENCE - 1.0)
     assert not search.said
     search.go(2.0)
@@ -63,8 +67,7 @@ def test_an_aim_of_which_nothing_comes_is_left_alone_for_a_while():
     assert search.left_alone == []
 
 
-def test_what_is_left_alone_stays_where_it_was_while_the_robot_goes_to_something_beside_it():
-    search = Search()
+def test_what_is_left_alone_stays_where_it_was_while_the_robot_goes_to_something_beside_it(search):
     search.go(PATIENCE + 1.0)
     assert search.left_alone == [[3.0, 0.0]]
     search.go(2.0, aim=(3.0, 0.6))
@@ -83,16 +86,14 @@ def test_the_third_time_the_task_ends_with_its_reason(task):
     assert said[MOST - 1].ended == (outcome, REASON) and said[MOST - 1].twist == STOP
 
 
-def test_less_way_than_ever_before_is_progress_and_the_same_again_is_none():
-    search = Search()
+def test_less_way_than_ever_before_is_progress_and_the_same_again_is_none(search):
     search.go(40.0, way=lambda t: 3.0 - 0.03 * t)  # 0.3 m in 10 s
     assert not search.said
     search.go(40.0, way=lambda t: 3.0 - 0.03 * t)
     assert search.said
 
 
-def test_floor_that_is_newly_seen_is_progress():
-    search = Search()
+def test_floor_that_is_newly_seen_is_progress(search):
     for _ in range(10):
         search.area += 0.11
         search.go(10.0)
@@ -103,8 +104,7 @@ def test_floor_that_is_newly_seen_is_progress():
     assert search.said
 
 
-def test_aims_that_alternate_are_no_new_ones_until_a_minute_later():
-    search = Search()
+def test_aims_that_alternate_are_no_new_ones_until_a_minute_later(search):
     for _ in range(4):
         search.go(5.0, aim=(3.0, 0.0))
         search.go(5.0, aim=(0.0, 3.0))
@@ -117,8 +117,7 @@ def test_aims_that_alternate_are_no_new_ones_until_a_minute_later():
     assert not search.said
 
 
-def test_a_round_of_aims_that_takes_longer_than_a_minute_ends_as_well():
-    search = Search()
+def test_a_round_of_aims_that_takes_longer_than_a_minute_ends_as_well(search):
     aims = [(3.0 * n, 0.0) for n in range(1, 9)]  # 8 aims for 10 s each
     for _ in range(10):
         for aim in aims:
@@ -126,8 +125,7 @@ def test_a_round_of_aims_that_takes_longer_than_a_minute_ends_as_well():
     assert any(said.ended is not None for _, said in search.said)
 
 
-def test_a_longer_way_after_the_map_closed_the_former_one_is_begun_anew_but_not_for_ever():
-    search = Search()
+def test_a_longer_way_after_the_map_closed_the_former_one_is_begun_anew_but_not_for_ever(search):
     search.go(5.0, way=lambda t: 1.0)
     search.go(25.0, way=lambda t: 12.0 - 0.4 * t)
     assert not search.said
@@ -149,16 +147,14 @@ def test_looking_around_on_the_spot_is_progress_once():
     assert search.said
 
 
-def test_a_behaviour_that_demands_something_goes_on_while_its_aim_is_dropped():
-    search = Search()
+def test_a_behaviour_that_demands_something_goes_on_while_its_aim_is_dropped(search):
     search.go(1.0)
     blind = Decision(STOP, "blind, standing still")
     search.wait(PATIENCE, blind)
     assert search.said == [] and search.left_alone == [[3.0, 0.0]]
 
 
-def test_waiting_for_a_person_and_the_time_of_others_do_not_count():
-    search = Search()
+def test_waiting_for_a_person_and_the_time_of_others_do_not_count(search):
     search.go(1.0)
     search.wait(100.0, Decision(STOP, "waiting to be put down", idle=True))
     search.guard.rest()  # somebody drives
@@ -167,16 +163,14 @@ def test_waiting_for_a_person_and_the_time_of_others_do_not_count():
     assert not search.said and not search.left_alone
 
 
-def test_one_frame_that_takes_long_is_not_the_robots_fault():
-    search = Search()
+def test_one_frame_that_takes_long_is_not_the_robots_fault(search):
     search.go(1.0)
     for _ in range(10):
         search.step(on_way(3.0, (3.0, 0.0)), (3.0, 0.0), seconds=20.0)
     assert not search.said
 
 
-def test_frames_within_a_step_count():
-    search = Search()
+def test_frames_within_a_step_count(search):
     search.go(1.0)
     for _ in range(60):
         search.now += FRAME
@@ -185,8 +179,7 @@ def test_frames_within_a_step_count():
     assert search.said
 
 
-def test_another_task_begins_anew():
-    search = Search()
+def test_another_task_begins_anew(search):
     search.go(MOST * PATIENCE - 1.0)
     search.task, search.said = Task.EXPLORE, []
     search.go(PATIENCE - 1.0)
@@ -208,8 +201,7 @@ def test_the_same_task_asked_for_again_begins_anew(end):
     assert [said.ended for _, said in search.said] == [None] * (MOST - 1)
 
 
-def test_where_nothing_else_is_left_what_was_left_alone_is_tried_again():
-    search = Search()
+def test_where_nothing_else_is_left_what_was_left_alone_is_tried_again(search):
     search.go(PATIENCE + 1.0)
     in_vain = Decision(STOP, "nothing left to try", ended=(Outcome.NOT_FOUND, "seen"))
     again = search.step(in_vain)
@@ -228,8 +220,7 @@ def test_a_short_move_that_gets_nowhere_ends_at_once_and_one_that_does_is_left_t
     assert search.said[0][1].ended == (Outcome.GAVE_UP, "the robot does not move")
 
 
-def test_a_frontier_that_blinds_the_robot_twice_is_named_and_a_place_is_not():
-    search = Search()
+def test_a_frontier_that_blinds_the_robot_twice_is_named_and_a_place_is_not(search):
     assert search.guard.blinding_frontier() is None
     search.go(1.0, aim=(2.0, 0.0))
     assert search.guard.blinding_frontier() is None

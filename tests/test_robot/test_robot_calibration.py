@@ -15,6 +15,8 @@ from mapping.calibration.robot_calibration import (
 )
 from vizbot.core.geometry import camera_mount, invert, mount_angles, planar
 
+MOUNT = camera_mount(0.6, 0.05, 0.15)
+
 
 def seen(T_base_cam, motions, noise=0.0, seed=0):
     """Camera poses in the first one while the base is at `motions`."""
@@ -27,6 +29,11 @@ def seen(T_base_cam, motions, noise=0.0, seed=0):
         off[:3, 3] = noise * rng.standard_normal(3)
         poses.append(T @ off)
     return np.array(poses)
+
+
+def spun(T_base_cam, angles, noise=0.0):
+    """Camera poses in the first one while the base turns to these angles."""
+    return seen(T_base_cam, [planar(0, 0, angle) for angle in angles], noise)
 
 
 def floor_points(T_base_cam):
@@ -44,7 +51,7 @@ offsets = st.floats(-0.15, 0.15)
 @given(st.floats(0.2, 1.4), offsets, offsets, angles, angles, angles)
 def test_a_mount_is_found_from_a_spin_and_a_straight_line(height, forward, left, yaw, tilt, roll):
     mount = camera_mount(height, forward, tilt, left, yaw, roll)
-    spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 60)])
+    spin = spun(mount, np.linspace(0.1, 12.0, 60))
     arc = planar(1.5, 0.05, 2 * np.arctan2(0.05, 1.5))
     there = seen(mount, [np.eye(4), arc])
     back = seen(mount, [arc, arc @ planar(-1.5, 0.05, -2 * np.arctan2(0.05, 1.5))])
@@ -57,7 +64,7 @@ def test_a_mount_is_found_from_a_spin_and_a_straight_line(height, forward, left,
 
 def test_noise_is_averaged_and_shows_in_the_residual():
     mount = camera_mount(0.6, 0.05, 0.15, left=0.02, yaw=0.03)
-    spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 200)], noise=0.003)
+    spin = spun(mount, np.linspace(0.1, 12.0, 200), noise=0.003)
     way = [planar(x, 0.0, 0.0) for x in np.linspace(0.0, 1.5, 40)]
     ahead, back = seen(mount, way, noise=0.003), seen(mount, way[::-1], noise=0.003)
     found = mount_from_motions(spin, ahead, back, [mount], [floor_points(mount)])
@@ -67,29 +74,28 @@ def test_noise_is_averaged_and_shows_in_the_residual():
 
 
 def test_headings_that_differ_are_halved_and_show_in_the_residual():
-    mount = camera_mount(0.6, 0.05, 0.15)
-    spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 60)])
+    spin = spun(MOUNT, np.linspace(0.1, 12.0, 60))
     aside = 1.5 * np.tan(0.02)
-    ahead = seen(mount, [np.eye(4), planar(1.5, aside, 0.0)])
-    back = seen(mount, [np.eye(4), planar(-1.5, aside, 0.0)])
-    found = mount_from_motions(spin, ahead, back, [mount], [floor_points(mount)])
-    np.testing.assert_allclose(found.T_base_cam, mount, atol=1e-6)
+    ahead = seen(MOUNT, [np.eye(4), planar(1.5, aside, 0.0)])
+    back = seen(MOUNT, [np.eye(4), planar(-1.5, aside, 0.0)])
+    found = mount_from_motions(spin, ahead, back, [MOUNT], [floor_points(MOUNT)])
+    np.testing.assert_allclose(found.T_base_cam, MOUNT, atol=1e-6)
     assert found.yaw_residual == pytest.approx(0.02, abs=1e-4)
 
 
-def test_a_turn_to_the_right_turns_the_axis_round():
-    mount = camera_mount(0.6, 0.05, 0.15)
-    spin = seen(mount, [planar(0, 0, -angle) for angle in np.linspace(0.1, 6.0, 60)])
-    _, axis, residual = axle_in_camera(spin)
-    assert axis == pytest.approx(-mount[2, :3], abs=1e-6)
+@pytest.mark.parametrize(
+    ("angles", "up"), [(-np.linspace(0.1, 6.0, 60), -1), (np.linspace(0.0, 4 * np.pi, 73), 1)]
+)
+def test_the_axis_points_up_in_turns_to_the_left_and_down_in_those_to_the_right(angles, up):
+    _, axis, residual = axle_in_camera(spun(MOUNT, angles))
+    assert axis == pytest.approx(up * MOUNT[2, :3], abs=1e-6)
     assert residual < 1e-6
 
 
 @pytest.mark.parametrize("turn", [-13.0, -3.0, 0.1, 7.5, 12.6])
 def test_whole_turns_are_counted_by_a_rough_figure(turn):
-    mount = camera_mount(0.6, 0.05, 0.15)
-    [T] = seen(mount, [planar(0, 0, turn)])
-    assert turned_about(T, mount[2, :3], 1.05 * turn) == pytest.approx(turn)
+    [T] = seen(MOUNT, [planar(0, 0, turn)])
+    assert turned_about(T, MOUNT[2, :3], 1.05 * turn) == pytest.approx(turn)
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3])
@@ -106,7 +112,7 @@ def test_the_way_is_as_long_as_the_arc(turn):
 
 def test_a_base_that_weaves_while_it_drives_does_not_turn_the_mount():
     mount = camera_mount(0.6, 0.05, 0.15, yaw=0.04)
-    spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 60)])
+    spin = spun(mount, np.linspace(0.1, 12.0, 60))
     rng = np.random.default_rng(3)
     lines = []
     for step in (0.05, -0.05):
@@ -118,28 +124,19 @@ def test_a_base_that_weaves_while_it_drives_does_not_turn_the_mount():
     assert mount_angles(found.T_base_cam) == pytest.approx(mount_angles(mount), abs=1e-5)
 
 
-def test_two_whole_turns_to_the_left_have_an_axis_that_points_up():
-    mount = camera_mount(0.6, 0.05, 0.15)
-    spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.0, 4 * np.pi, 73)])
-    _, axis, _ = axle_in_camera(spin)
-    assert axis == pytest.approx(mount[2, :3], abs=1e-6)
-
-
 def test_the_floor_is_not_tilted_by_what_lies_on_it():
-    mount = camera_mount(0.6, 0.05, 0.15)
-    points = floor_points(mount)
-    T = invert(mount)
+    points = floor_points(MOUNT)
+    T = invert(MOUNT)
     carpet = points[points[:, 2] > 1.8] + 0.015 * T[:3, 2]
-    wrong = mount[2, :3] + [0.0, 0.0, 0.008]
+    wrong = MOUNT[2, :3] + [0.0, 0.0, 0.008]
     for around in (points, np.concatenate([points, carpet])):
         normal, height = floor_plane(around, wrong / np.linalg.norm(wrong), 0.61)
         assert height == pytest.approx(0.6, abs=0.001)
-        assert normal == pytest.approx(mount[2, :3], abs=0.001)
+        assert normal == pytest.approx(MOUNT[2, :3], abs=0.001)
 
 
 def test_where_too_few_frames_show_the_floor_no_mount_is_found():
-    mount = camera_mount(0.6, 0.05, 0.15)
-    spin = seen(mount, [planar(0, 0, angle) for angle in np.linspace(0.1, 12.0, 60)])
-    line = seen(mount, [np.eye(4), planar(1.5, 0.0, 0.0)])
-    floors, points = [mount] * 3, [floor_points(mount), np.zeros((0, 3)), np.zeros((0, 3))]
+    spin = spun(MOUNT, np.linspace(0.1, 12.0, 60))
+    line = seen(MOUNT, [np.eye(4), planar(1.5, 0.0, 0.0)])
+    floors, points = [MOUNT] * 3, [floor_points(MOUNT), np.zeros((0, 3)), np.zeros((0, 3))]
     assert mount_from_motions(spin, line, line[::-1], floors, points, least_floors=2) is None

@@ -72,6 +72,22 @@ def walked(search, belief, grid, T_map_base, facing):
     return decisions
 
 
+@pytest.fixture
+def seen_room():
+    return room()
+
+
+@pytest.fixture
+def grid(seen_room):
+    return seen_room[0]
+
+
+@pytest.fixture
+def search(seen_room):
+    """A search in a room of which all was seen."""
+    return BeliefSearch(CONFIG, seen_room[1])
+
+
 def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
     grid, frontiers = room(explored=False)
     search = BeliefSearch(CONFIG, frontiers)
@@ -80,9 +96,7 @@ def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
     assert np.linalg.norm(decision.navigation.goal_xy - (5.0, 2.0)) < PLACE
 
 
-def test_it_tells_what_it_searches_for_and_did_last():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_it_tells_what_it_searches_for_and_did_last(search, grid):
     assert search.goal is None
     for goal in (SOFA, TV):
         search.go(goal, believed(at={(1.0, 2.0): 0.9}), grid, HERE)
@@ -99,9 +113,7 @@ def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely(probability):
 
 
 @pytest.mark.parametrize(("probability", "outcome"), [(0.95, Outcome.ARRIVED), (0.1, None)])
-def test_it_has_arrived_where_it_stands_before_what_it_believes(probability, outcome):
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_it_has_arrived_where_it_stands_before_what_it_believes(search, grid, probability, outcome):
     before = planar(4.3, 2.1, 0.0)
     belief = believed(at={(5.1, 2.1): probability})
     decision = stepped(search, belief, grid, before, LOOK_STEPS)
@@ -111,24 +123,18 @@ def test_it_has_arrived_where_it_stands_before_what_it_believes(probability, out
     assert (ended is not None and ended[0] is Outcome.ARRIVED) is (outcome is Outcome.ARRIVED)
 
 
-def test_what_was_looked_at_and_not_believed_waits_behind_other_places():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_what_was_looked_at_and_not_believed_waits_behind_other_places(search, grid):
     belief = believed(at={(5.1, 2.1): 0.5, (1.1, 3.1): 0.3})
     decision = stepped(search, belief, grid, planar(4.0, 2.0, 0.0), LOOK_STEPS + 1)
     assert np.linalg.norm(decision.navigation.goal_xy - (1.1, 3.1)) < PLACE
 
 
-def test_it_gives_up_where_all_was_seen_and_nothing_is_likely():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_it_gives_up_where_all_was_seen_and_nothing_is_likely(search, grid):
     decision = search.go(SOFA, believed(), grid, planar(3.0, 2.0, 0.0))
     assert decision.ended is not None and decision.ended[0] is Outcome.NOT_FOUND
 
 
-def test_late_in_a_search_less_is_enough():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_late_in_a_search_less_is_enough(search, grid):
     belief, before = believed(at={(5.1, 2.1): 0.7}), planar(4.3, 2.1, 0.0)
     search.go(SOFA, believed(at={(1.1, 3.1): 0.3}), grid, before)
     search._steps = 10_000
@@ -195,9 +201,7 @@ def test_of_a_room_the_place_in_sight_is_gone_up_to_as_it_is():
 
 
 @pytest.mark.parametrize(("left", "arrives"), [(1.02 * HELD, True), (0.9 * HELD, False)])
-def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(left, arrives):
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_a_believed_place_may_lose_some_of_its_probability_on_the_way(search, grid, left, arrives):
     assert search._search.arrival_probability_early * left > search._search.arrival_probability_last
     believed_at_first = believed(at={(5.1, 2.1): search._search.arrival_probability_early + 0.01})
     search.go(SOFA, believed_at_first, grid, planar(3.3, 2.1, 0.0))
@@ -223,9 +227,7 @@ def in_kitchen(search, grid, probabilities):
     raise AssertionError("it neither arrives nor drives elsewhere")
 
 
-def test_in_a_room_it_turns_around_once_before_it_says_that_it_has_arrived():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_in_a_room_it_turns_around_once_before_it_says_that_it_has_arrived(search, grid):
     activities = in_kitchen(search, grid, lambda step: 0.95)
     assert activities[0] == "looking around" and activities[-1] == "arrived"
     assert 15 < activities.count("looking around") < 25
@@ -234,18 +236,14 @@ def test_in_a_room_it_turns_around_once_before_it_says_that_it_has_arrived():
     assert "looking around" not in in_kitchen(search, grid, lambda step: 0.95)
 
 
-def test_a_room_that_is_less_likely_once_all_around_was_seen_is_left():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_a_room_that_is_less_likely_once_all_around_was_seen_is_left(search, grid):
     sure = CONFIG.objectnav.search.arrival_probability_early
     activities = in_kitchen(search, grid, lambda step: 0.95 if step < 10 else 0.97 * sure)
     assert activities[-1] == "looking closer" and "making sure" not in activities
     assert activities.count("looking around") > 15
 
 
-def test_what_is_enough_for_a_room_does_not_fall_until_nothing_is_left_to_try():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_what_is_enough_for_a_room_does_not_fall_until_nothing_is_left_to_try(search, grid):
     before = planar(4.6, 2.1, 0.0)
     search.go(KITCHEN, believed(at={(1.1, 3.1): 0.3}), grid, before)
     search._steps = CONFIG.objectnav.search.late_after_steps
@@ -262,9 +260,7 @@ def test_what_is_enough_for_a_room_does_not_fall_until_nothing_is_left_to_try():
     )
 
 
-def test_at_the_end_a_room_is_arrived_at_by_what_is_enough_then():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_at_the_end_a_room_is_arrived_at_by_what_is_enough_then(search, grid):
     belief, place = believed(at={(5.1, 2.1): 0.7}), (5.1, 2.1)
     (x, y), yaw = (4.6, 2.1), 0.0
     for _ in range(120):
@@ -334,18 +330,14 @@ def test_the_end_in_vain_is_shown_beside_what_would_have_been_enough():
     assert decisions[-1].threshold == settings.arrival_probability_last
 
 
-def test_the_score_of_what_it_goes_up_to_is_told_though_another_place_is_likelier():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_the_score_of_what_it_goes_up_to_is_told_though_another_place_is_likelier(search, grid):
     belief, before = believed(at={(5.1, 2.1): 0.85, (1.1, 3.1): 0.95}), planar(4.3, 2.1, 0.0)
     decisions = [search.go(SOFA, belief, grid, before) for _ in range(LOOK_STEPS + 1)]
     assert {decision.score for decision in decisions} == {0.85}
     assert decisions[-1].ended == (Outcome.ARRIVED, "85% sure, from near by")
 
 
-def test_a_held_aim_is_shown_beside_what_it_may_fall_to():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_a_held_aim_is_shown_beside_what_it_may_fall_to(search, grid):
     sure, before, at = (
         CONFIG.objectnav.search.arrival_probability_early,
         planar(3.3, 2.1, 0.0),
@@ -378,18 +370,14 @@ def test_what_was_seen_on_the_other_side_of_a_wall_is_reached_there():
     assert search.go(SOFA, from_the_west, grid, before).activity == "making sure"
 
 
-def test_a_place_is_looked_at_again_from_another_spot():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_a_place_is_looked_at_again_from_another_spot(search, grid):
     belief, first = believed(at={(3.1, 2.1): 0.5}), planar(2.0, 2.1, 0.0)
     decision = stepped(search, belief, grid, first, LOOK_STEPS + 1)
     assert decision.activity == "looking closer"
     assert np.linalg.norm(decision.navigation.path[-1] - first[:2, 3]) >= SPOTS_APART - 0.3
 
 
-def test_another_goal_begins_anew_and_its_belief_is_kept():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_another_goal_begins_anew_and_its_belief_is_kept(search, grid):
     belief, before = believed(at={(5.1, 2.1): 0.5}), planar(4.0, 2.0, 0.0)
     assert stepped(search, belief, grid, before, LOOK_STEPS).activity == "making sure"
     assert stepped(search, belief, grid, before, 1).activity != "making sure"
@@ -399,9 +387,7 @@ def test_another_goal_begins_anew_and_its_belief_is_kept():
     assert search.belief_of(SOFA, question) is not search.belief_of(TV, question)
 
 
-def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on(search, grid):
     belief, before = believed(at={(5.1, 2.1): 0.95, (1.1, 3.1): 0.5}), planar(4.3, 2.1, 0.0)
     assert stepped(search, belief, grid, before, LOOK_STEPS + 1).ended is not None
     search.refute()
@@ -458,9 +444,7 @@ def test_no_of_a_room_holds_for_the_floor_around(away, believed_less):
     assert (left < 0.8) == believed_less
 
 
-def test_what_the_robot_goes_up_to_is_left_once_somebody_says_that_it_is_not_it():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_what_the_robot_goes_up_to_is_left_once_somebody_says_that_it_is_not_it(search, grid):
     belief, before = believed(at={(5.1, 2.1): 0.5, (1.1, 3.1): 0.4}), planar(3.3, 2.1, 0.0)
     seen = search.place_of(search.go(SOFA, belief, grid, before).navigation)
     assert np.linalg.norm(seen - (5.1, 2.1)) < PLACE
@@ -496,18 +480,14 @@ def test_where_somebody_says_that_it_is_the_robot_goes_and_stops():
     assert search.as_judged(replace(SOFA), belief).probabilities.max() == 0.6, "of one search"
 
 
-def test_a_place_that_was_never_seen_cannot_be_made_certain():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_a_place_that_was_never_seen_cannot_be_made_certain(search, grid):
     belief = believed(at={(5.1, 2.1): 0.5})
     search.go(SOFA, belief, grid, planar(3.3, 2.1, 0.0))
     search.affirm(np.array([1.1, 1.1]))
     assert search.as_judged(SOFA, belief).probabilities.max() == 0.5
 
 
-def test_on_the_way_to_a_spot_it_is_told_for_which_place():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_on_the_way_to_a_spot_it_is_told_for_which_place(search, grid):
     belief, first = believed(at={(3.1, 2.1): 0.5}), planar(2.0, 2.1, 0.0)
     decision = stepped(search, belief, grid, first, LOOK_STEPS + 1)
     assert np.linalg.norm(decision.navigation.goal_xy - (3.1, 2.1)) > 0.8
@@ -529,9 +509,7 @@ def test_what_is_not_worth_its_way_is_not_tried_and_the_end_says_how_much_was_se
     assert 40 < share < 95
 
 
-def test_the_same_goal_asked_for_again_is_a_new_search():
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
+def test_the_same_goal_asked_for_again_is_a_new_search(search, grid):
     before, belief = planar(4.3, 2.1, 0.0), believed(at={(5.1, 2.1): 0.7})
     search.go(SOFA, belief, grid, before)
     search._steps = 10_000

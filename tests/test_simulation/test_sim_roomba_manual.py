@@ -8,6 +8,7 @@ import pytest
 from drivers.roomba.packets import Packet
 from sim_stubs.world.body import Contacts
 from tests.helpers.roomba_host import R17, R17_LIVED, R17_SENSED
+from tests.helpers.roomba_reply import REPLIES
 
 
 @pytest.mark.parametrize(
@@ -134,31 +135,7 @@ def test_r8_encoders_at_minus_one_and_zero(connect):
 @pytest.mark.parametrize(
     ("vector", "asked", "values", "reply"),
     [
-        ("R10", 2, {17: 172, 18: 1, 19: -120, 20: 45}, [172, 1, 255, 136, 0, 45]),
-        (
-            "R11",
-            3,
-            {21: 2, 22: 16200, 23: 1234, 24: 25, 25: 2500, 26: 3000},
-            [2, 63, 72, 4, 210, 25, 9, 196, 11, 184],
-        ),
-        (
-            "R12",
-            3,
-            {21: 0, 22: 15200, 23: -1234, 24: -5, 25: 1800, 26: 2600},
-            [0, 59, 96, 251, 46, 251, 7, 8, 10, 40],
-        ),
-        (
-            "R13",
-            106,
-            {46: 10, 47: 200, 48: 4095, 49: 0, 50: 300, 51: 1234},
-            [0, 10, 0, 200, 15, 255, 0, 0, 1, 44, 4, 210],
-        ),
-        (
-            "R14",
-            107,
-            {54: 300, 55: -45, 56: 0, 57: 12, 58: 1},
-            [1, 44, 255, 211, 0, 0, 0, 12, 1],
-        ),
+        *((vector, asked, values, reply) for vector, (asked, reply, values) in REPLIES.items()),
         ("R16", 14, {14: 29}, [29]),
         ("R16", 14, {14: 24}, [24]),
         ("R16", 45, {45: 33}, [33]),

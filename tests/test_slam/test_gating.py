@@ -32,43 +32,35 @@ def turned(wheels: float, gyro: float) -> tuple[DeadReckonedPose, DeadReckonedPo
 
 
 @pytest.mark.parametrize(
-    ("turn", "like"), [(0.3, True), (0.31, True), (0.29, True), (0.35, False), (-0.3, False)]
+    ("wheels", "gyro", "images", "sure", "like"),
+    [
+        (0.3, 0.3, 0.3, False, True),
+        (0.3, 0.3, 0.31, False, True),
+        (0.3, 0.3, 0.29, False, True),
+        (0.3, 0.3, 0.35, False, False),
+        (0.3, 0.3, -0.3, False, False),
+        # It lies: wheels and images that agree outvote it.
+        (0.3, 0.5, 0.3, False, True),
+        (0.3, 0.5, 0.42, False, False),
+        (0.48, 0.5, 0.3, False, False),
+        # It lies a little: wheels, and images that are sure, outvote it.
+        (0.305, 0.34, 0.3, True, True),
+        (0.305, 0.34, 0.3, False, False),
+        (0.305, 0.34, 0.33, True, True),
+        (0.305, 0.34, 0.28, True, False),
+    ],
 )
-def test_images_must_turn_as_the_gyroscope_does(turn: float, like: bool) -> None:
-    before, now = turned(wheels=0.3, gyro=0.3)
-    assert turns_like_gyro(planar(0.1, 0.4, turn), False, before, now, CONFIG) is like
-
-
-@pytest.mark.parametrize(
-    ("wheels", "images", "like"), [(0.3, 0.3, True), (0.3, 0.42, False), (0.48, 0.3, False)]
-)
-def test_a_gyroscope_that_lies_is_outvoted_by_wheels_and_images_that_agree(
-    wheels: float, images: float, like: bool
+def test_images_must_turn_as_the_gyroscope_does_unless_it_is_outvoted(
+    wheels: float, gyro: float, images: float, sure: bool, like: bool
 ) -> None:
-    before, now = turned(wheels, gyro=0.5)
-    assert turns_like_gyro(planar(0.1, 0.4, images), False, before, now, CONFIG) is like
+    before, now = turned(wheels, gyro)
+    assert turns_like_gyro(planar(0.1, 0.4, images), sure, before, now, CONFIG) is like
 
 
 def test_wheels_that_slip_do_not_outvote_the_gyroscope() -> None:
     before, now = turned(wheels=0.6, gyro=0.3)
     assert turns_like_gyro(planar(0.0, 0.0, 0.3), False, before, now, CONFIG)
     assert not turns_like_gyro(planar(0.0, 0.0, 0.2), False, before, now, CONFIG)
-
-
-@pytest.mark.parametrize(
-    ("sure", "images", "like"),
-    [
-        (True, 0.3, True),
-        (False, 0.3, False),
-        (True, 0.33, True),
-        (True, 0.28, False),
-    ],
-)
-def test_a_gyroscope_that_lies_a_little_is_outvoted_by_images_that_are_sure_and_wheels(
-    sure: bool, images: float, like: bool
-) -> None:
-    before, now = turned(wheels=0.305, gyro=0.34)
-    assert turns_like_gyro(planar(0.1, 0.4, images), sure, before, now, CONFIG) is like
 
 
 def test_where_the_gyroscope_does_not_know_images_may_turn_as_they_like() -> None:

@@ -8,11 +8,9 @@ import pytest
 from benchmarks.episodes.oracles import ORACLES, TrueEncoder, TrueMap, TruePose, oracle_parts
 from mapping.keyframes.config import KeyframeConfig
 from mapping.occupancy.config import DepthMapperConfig
-from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
-from sim_stubs.homes.furniture import procedural
-from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.world import World
+from tests.test_benchmarks.episodes.one_room import kitchen_with_sofa
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, planar
@@ -26,12 +24,7 @@ GOALS = ("sofa", "kitchen", "bed")
 @pytest.fixture(scope="module")
 def world():
     """A kitchen with a sofa, 1.5 m ahead of the robot and looking at it."""
-    room = RectangularRoom("kitchen", 0, 0, 5, 4, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
-    sofa = procedural.piece("sofa", np.random.default_rng(0))
-    at = Instance("sofa#1", sofa, 3.2, 2.0, -np.pi / 2)
-    lights = np.array([[2.5, 2.0, 2.3]])
-    house = House((room.room,), build_structure((room,), ()), (at,), lights, (1.2, 2.0, 0.3))
-    with World(house, WorldConfig()) as world:
+    with World(kitchen_with_sofa(5, 4, 3.2, (1.2, 2.0, 0.3)), WorldConfig()) as world:
         yield world
 
 

@@ -8,13 +8,11 @@ import pytest
 from benchmarks.episodes import run as runs
 from benchmarks.episodes.calibration_error import EXACT
 from benchmarks.episodes.episode import Episode, Variant
-from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
-from sim_stubs.homes.furniture import procedural
-from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.realsense import camera as realsense
 from sim_stubs.realsense.config import DepthNoiseConfig
 from sim_stubs.roomba.serial_line import BytesLostError
 from sim_stubs.scoring.success import Verdict
+from tests.test_benchmarks.episodes.one_room import kitchen_with_far_sofa
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, DeviceError, VizbotError
 from vizbot.core.observer import GoalReport, Outcome
@@ -30,19 +28,10 @@ def variant(max_steps=40):
     return Variant("true encoder", Config.model_validate({"objectnav": objectnav}), "encoder")
 
 
-def room():
-    """A kitchen with a sofa, 2.3 m ahead of the robot."""
-    kitchen = RectangularRoom("kitchen", 0, 0, 5, 4, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
-    sofa = procedural.piece("sofa", np.random.default_rng(0))
-    at = Instance("sofa#1", sofa, 4.0, 2.0, -np.pi / 2)
-    lights = np.array([[2.5, 2.0, 2.3]])
-    return House((kitchen.room,), build_structure((kitchen,), ()), (at,), lights, (1.2, 2.0, 0.0))
-
-
 @pytest.fixture(autouse=True)
 def small_home(monkeypatch):
     def opened(episode, config, error=EXACT):
-        return error.world(room(), config, episode.number)
+        return error.world(kitchen_with_far_sofa(), config, episode.number)
 
     monkeypatch.setattr(runs, "open_episode", opened)
 

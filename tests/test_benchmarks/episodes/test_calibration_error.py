@@ -10,12 +10,10 @@ from benchmarks.episodes import run as runs
 from benchmarks.episodes.calibration_error import EXACT, CalibrationError
 from benchmarks.episodes.episode import Episode, Variant
 from benchmarks.episodes.run import SeenFloor, TruthRecorder, run_episode
-from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
-from sim_stubs.homes.furniture import procedural
-from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.world.world import World
 from sim_stubs.world.world_plan import D435I_COLOUR
+from tests.test_benchmarks.episodes.one_room import kitchen_with_far_sofa
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
 from vizbot.core.simulated_clock import SimulatedClock
@@ -30,12 +28,7 @@ SOFA = EPISODES[0]
 
 @pytest.fixture(scope="module")
 def house():
-    """A kitchen with a sofa, 2.3 m ahead of the robot."""
-    kitchen = RectangularRoom("kitchen", 0, 0, 5, 4, (0.5, 0.4, 0.3), 1.0, (0.6, 0.6, 0.6))
-    sofa = procedural.piece("sofa", np.random.default_rng(0))
-    at = Instance("sofa#1", sofa, 4.0, 2.0, -np.pi / 2)
-    lights = np.array([[2.5, 2.0, 2.3]])
-    return House((kitchen.room,), build_structure((kitchen,), ()), (at,), lights, (1.2, 2.0, 0.0))
+    return kitchen_with_far_sofa()
 
 
 @pytest.mark.parametrize("episode", EPISODES)

@@ -208,17 +208,3 @@ def test_the_command_walks_the_rows_that_are_asked_for(vizbot, monkeypatch, tmp_
     assert asked[0].rows == ("default", "without z-score") and asked[0].folder == tmp_path
     assert vizbot("objectnav", "--fast", "--method", "paper")[0] == 0
     assert asked[1].rows == ("paper",)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["multi", "--fast"], "No such option: --fast"),
-        (["objectnav", "--fast", "--seeds", "1100,1030"], "home 1030 of --seeds is none of dev"),
-        (["objectnav", "--fast", "--rows", "scale 1"], "unknown row 'scale 1'; use default,"),
-        (["objectnav", "--fast", "--worlds", "a.xml"], "no --worlds a.xml"),
-    ],
-)
-def test_what_the_fast_world_is_not_for_is_refused(vizbot, arguments, said):
-    code, out, err = vizbot(*arguments)
-    assert code == 1 and out == "" and said in err and len(err.splitlines()) == 1

@@ -20,6 +20,7 @@ from benchmarks.harness.scores import Rate
 from benchmarks.harness.store import Store
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
+from tests.test_benchmarks.printed_table import cells
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
 from vizbot.rehearsal.config import RehearsalConfig
@@ -168,12 +169,6 @@ def test_a_mission_by_default_runs_with_the_product_s_settings(monkeypatch):
     for by_default in (True, False):
         missions.run_mission(FaultMission(1000, "kitchen", ("cliff",), by_default))
     assert used == [Config(), CONFIG]
-
-
-def cells(text, first):
-    """Of the row of a table that begins with this cell."""
-    rows = [[cell.strip() for cell in line.split("|")] for line in text.splitlines()]
-    return next(row[2:-1] for row in rows if row[1:2] == [first])
 
 
 def test_what_the_product_s_settings_do_stands_in_columns_of_its_own():

@@ -16,32 +16,10 @@ from benchmarks.slam.lap_scores import LapResult
 from benchmarks.slam.laps import LapConfig
 from benchmarks.slam.relocalisation import STARTS, StartResult, starts_table
 from benchmarks.slam.replays import ReplayFrame
+from tests.test_benchmarks.slam.driven_lap import LAP
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
 from vizbot.core.types import PoseEstimate, Tracking
-
-
-def result(home, fault, end_error=0.02):
-    return LapResult(
-        home,
-        fault,
-        900,
-        50.0,
-        0.02,
-        0.01,
-        end_error,
-        0.4,
-        0.9,
-        0.0,
-        120,
-        7,
-        0,
-        6.1,
-        100,
-        30.0,
-        28.0,
-        60.0,
-    )
 
 
 def start(number, error=0.02, turn=0.5, frames=3):
@@ -56,7 +34,7 @@ def jobs(monkeypatch):
     def serially(work, jobs, title, describe):
         for job in jobs:
             asked.append((job.home, job.faults, job.laps.laps))
-            laps = [result(job.home, fault) for fault in job.faults]
+            laps = [replace(LAP, home=job.home, fault=fault) for fault in job.faults]
             starts = [start(i) for i in range(STARTS)] if job.starts else []
             starts = [replace(one, home=job.home) for one in starts]
             assert f"home {job.home}" in describe(job, (laps, starts))
@@ -108,7 +86,7 @@ def test_a_quick_run_is_two_homes_of_one_lap_and_no_claim(jobs, tmp_path):
 
 
 def test_the_worst_home_is_told_beside_the_median(jobs, tmp_path, monkeypatch):
-    results = [result(1000 + i, AS_RECORDED, 0.01 * (i + 1)) for i in range(3)]
+    results = [replace(LAP, home=1000 + i, end_error=0.01 * (i + 1)) for i in range(3)]
     results.append(replace(results[0], fault="no gyroscope", tracked=0.5))
     row, other = lap_scores.laps_result(tuple(FAULTS), results, [start(0)], quick=False).rows
     assert (row["end_error"], row["end_error_worst"]) == pytest.approx((0.02, 0.03))
@@ -118,11 +96,12 @@ def test_the_worst_home_is_told_beside_the_median(jobs, tmp_path, monkeypatch):
 
 
 def test_errors_at_the_end_of_the_fault_stand_beside_those_of_the_laps():
+    kept = replace(LAP, fault="carried for 10 s")
     carried = [
-        replace(result(1000 + i, "carried for 10 s"), fault_error=0.1 * (i + 1), fault_turn=2.0 - i)
+        replace(kept, home=1000 + i, fault_error=0.1 * (i + 1), fault_turn=2.0 - i)
         for i in range(3)
     ]
-    results = [result(1000, AS_RECORDED), *carried]
+    results = [LAP, *carried]
     outcome = lap_scores.laps_result(tuple(FAULTS), results, [start(0)], quick=False)
     cells = [
         [cell.strip() for cell in line.split("|")[1:-1]]
@@ -136,7 +115,7 @@ def test_errors_at_the_end_of_the_fault_stand_beside_those_of_the_laps():
 
 
 def test_closures_of_a_recording_count_once_however_often_it_is_replayed():
-    recorded = [replace(result(1000 + i, AS_RECORDED), closures=7 + i) for i in range(2)]
+    recorded = [replace(LAP, home=1000 + i, closures=7 + i) for i in range(2)]
     dark = [replace(one, fault="dark for 30 s", closures=5) for one in recorded]
     dark[1] = replace(dark[1], wrong_closures=2)
     twin = [replace(dark[1], fault=TWINS, wrong_closures=1)]
@@ -149,11 +128,11 @@ def test_closures_of_a_recording_count_once_however_often_it_is_replayed():
 
 def test_rows_that_were_kept_without_errors_at_the_end_of_a_fault_are_read(tmp_path):
     path = tmp_path / "homes.jsonl"
-    Store(path, LapResult).add("key", "c0ffee", "2 cores", result(1000, AS_RECORDED))
+    Store(path, LapResult).add("key", "c0ffee", "2 cores", LAP)
     row = json.loads(path.read_text())
     del row["fault_error"], row["fault_turn"]
     path.write_text(json.dumps(row))
-    assert Store(path, LapResult).results_with_key("key") == [result(1000, AS_RECORDED)]
+    assert Store(path, LapResult).results_with_key("key") == [LAP]
 
 
 def test_the_bounds_of_true_covariances_close_in_on_six():
@@ -165,7 +144,7 @@ def test_the_bounds_of_true_covariances_close_in_on_six():
 def test_a_start_is_right_near_its_place_and_heading_and_wrong_beyond():
     starts = [start(0), start(1, error=0.5), start(2, turn=20.0), start(3, None, None, frames=63)]
     assert [one.right for one in starts] == [True, False, False, False]
-    laps = lap_scores.laps_result((AS_RECORDED,), [result(1000, AS_RECORDED)], starts, quick=False)
+    laps = lap_scores.laps_result((AS_RECORDED,), [LAP], starts, quick=False)
     assert (laps.summary["starts_right"], laps.summary["starts_wrong"]) == (1, 2)
     row = starts_table(starts).splitlines()[-1].split("|")
     assert [cell.strip() for cell in row[1:6]] == ["4", "1", "2", "1", "3"]
@@ -203,7 +182,9 @@ def test_starts_are_drawn_in_the_map_of_the_recording_without_a_fault_alone(tmp_
     monkeypatch.setattr(slam_homes, "record_laps", lambda *job: None)
     monkeypatch.setattr(slam_homes, "_replayed", lambda job, fault: fault)
     monkeypatch.setattr(slam_homes, "_track", lambda fault, config: drawn.append(fault) or tracked)
-    monkeypatch.setattr(slam_homes, "_scored", lambda home, fault, tracked: result(home, fault))
+    monkeypatch.setattr(
+        slam_homes, "_scored", lambda home, fault, tracked: replace(LAP, home=home, fault=fault)
+    )
     monkeypatch.setattr(slam_homes, "random_starts", lambda home, slam, *rest: [start(0)])
     for missing, starts, followed in (
         (tuple(FAULTS), True, tuple(FAULTS)),
