@@ -33,6 +33,7 @@ SETTINGS = {
     "no-table": "mount = 3",
     "no-list": "[perception.clip_mapper]\nscales = 1",
     "empty-list": "[perception.clip_mapper]\nscales = []",
+    "fine": "[perception.depth_mapper]\nresolution = 1e-9",
     "method": '[objectnav]\nmethod = "magic"',
     "sure": "[objectnav.search]\narrival_probability_early = 1.0",
     "reach": "[[objectnav.waypoint_reaches]]\ndistance = 1",
@@ -58,6 +59,7 @@ CONFIG = """
     no-table | mount = 3 | must be a table
     no-list | scales = 1 | must be a list
     empty-list | scales = [] | at least 1
+    fine | resolution
     method | objectnav.method = 'magic' | 'belief' or 'paper'
     sure | sure = 1.0 | less than 1
     reach | extent | must be given
@@ -67,13 +69,14 @@ TABLE = """
     fly | 'fly' | --help
     dry-rn | 'dry-rn' | 'dry-run'
     --vrbose doctor | --vrbose | --verbose
-    dry-run | no TEXT | --explore
+    dry-run | no TEXT | --explore | --help
     dry-run '  ' | the goal '' is empty | 'yellow chair'
-    dry-run 'where is the sofa' | 'where is the sofa' | double quotes
+    dry-run 'where is the sofa' | 'where is the sofa' | 'go to the sofa' | double quotes
     dry-run sofa 'come back' | 'come back' | another command
     dry-run sofa --colour red | --colour. See: | --help
     dry-run sofa --wrld 3 | --wrld | --world
     dry-run sofa --world | '--world' requires | --help
+    dry-run --faults | '--faults' requires | --help
     dry-run sofa --world atlantis | 'atlantis' | a seed
     dry-run sofa --world -5 | '-5' | a seed
     dry-run sofa --world 1.5 | '1.5' | .sh3d
@@ -100,26 +103,30 @@ TABLE = """
     dry-run sofa --camera walk --intrinsics 0,0,0,0,0 | '0,0,0,0,0' | fx,fy,cx,cy,scale
     dry-run sofa --camera walk --intrinsics 500,500,320,240,1000 | rgb/0.png | copy the sequence
     dry-run sofa --camera walk --base sim | walk cannot be driven | --base none
+    dry-run sofa --camera torn.db3 --base sim | torn.db3 cannot be driven | --base none
     dry-run sofa --intrinsics 1,1,1,1,1000 | --intrinsics | 'sim'
     dry-run sofa --base tank | 'tank' | sim, roomba or none
     dry-run sofa --base roomba --config port.toml | serial port nowhere | name another port
     dry-run sofa --base roomba --config file.toml | serial port file | /dev/ttyUSB0
     dry-run --explore --base none | --explore | --base sim
     dry-run sofa --explore --serve | --explore | no TEXT
-    dry-run sofa --faults flood@3 | 'flood' | bump
+    dry-run sofa --faults flood@3 | 'flood' | bump | camera-frozen
     dry-run sofa --faults bump@soon | 'bump@soon' | bump@SECONDS
     dry-run sofa --faults bump@1e9 | 'bump@1e9' | 86400 s at most
     dry-run sofa --faults bump@3+1e9 | 'bump@3+1e9' | 86400 s at most
     dry-run sofa --faults bump@3 --base none | bump | --base sim
+    dry-run sofa --faults encoder-slow --base none | encoder-slow | --base sim
     dry-run sofa --faults '' | '' in --faults | camera-frozen
     dry-run sofa --method magic | --method magic | 'belief', 'paper'
     dry-run sofa --clip nosuch | 'nosuch' | ViT-B/32
     dry-run sofa --clip '' | '' | a hub name
+    dry-run sofa --clip nobody/no-such-model | nobody/no-such-model
     dry-run sofa --clip google/siglip-base | google/siglip-base | "model_type": "clip"
     dry-run sofa --clip notes | notes | hf download
     dry-run sofa --clip siglip | siglip model | ViT-B/32
     dry-run sofa --clip embedded-12345678 | 'embedded-12345678' | build the map again
     dry-run sofa --map nowhere | no map at nowhere | map list | map build
+    dry-run sofa --map nowhere --out run | no map at nowhere
     dry-run sofa --map notes | notes is not a map | map build
     dry-run sofa --map file | no map at file | map build
     dry-run sofa --map torn | torn is damaged | map.safetensors | build it again
@@ -152,6 +159,7 @@ TABLE = """
     launch --port 0 --tls-key a.pem --clip embedded | --tls-key a.pem | give both
     launch --config nowhere.toml | nowhere.toml | give a TOML file
     launch --map nowhere | no map at nowhere | map list | map build
+    launch --map nowhere --out run | no map at nowhere
     launch --clip nosuch | 'nosuch' | ViT-B/32
     launch --out notes | notes | --out
     launch --language xx | --language xx | de, en
@@ -169,11 +177,15 @@ TABLE = """
     config init --out file | file is there already | --force
     config init --out notes --force | notes is there | another file
     config show --config nowhere.toml | nowhere.toml | give a TOML file
+    config show --config low.toml | mount.height = -1
+    config init here | (here) | --help
+    config forget | 'forget' | --help
     config schema --yaml | --yaml | --help
     config shw | 'shw' | 'show'
     map build nowhere --out map | nowhere: no such folder | TUM | .db3
     map build walk | '--out' | --help
     map build walk --out map | walk: no camera.json | --intrinsics
+    map build blank --out map | 0.png
     map build walk --out notes | notes is not a map | another folder
     map build walk --out notes --force | notes is not a map | another folder
     map build walk --out home | home is a map already | --force
@@ -187,6 +199,7 @@ TABLE = """
     map info future | schema 99, not | build it again
     map info cut | cut is damaged | build it again
     map query home '' | '' is empty | 'sofa'
+    map query notes sofa | notes
     map query home | 'text' | --help
     map query home 'go to the sofa, then the lamp' | then the lamp' | 'where is the sofa?'
     map query home 'sofa, lamp' | map query takes a thing ('sofa') | 'sofa, lamp' | double quotes
@@ -308,6 +321,12 @@ def place(tmp_path_factory):
     (folder / "notes" / "a.txt").write_text("text")
     (folder / "siglip" / "config.json").write_text('{"model_type": "siglip"}')
     (folder / "walk" / "associations.txt").write_text("0.0 rgb/0.png 0.0 depth/0.png\n")
+    shutil.copytree(folder / "walk", folder / "blank")
+    for name in ("rgb", "depth"):
+        (folder / "blank" / name).mkdir()
+        (folder / "blank" / name / "0.png").write_bytes(b"no picture")
+    camera = {"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24}
+    (folder / "blank" / "camera.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
     make_maps(folder)
     return folder
 
