@@ -10,6 +10,7 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import resource
 import signal
+import sys
 import time
 from dataclasses import dataclass
 from functools import cache
@@ -29,6 +30,7 @@ from tests.helpers.roomba_rig import Rig
 from tests.helpers.sampling import mark_the_rest_long
 from tests.helpers.scripted_robot import CAMERA, Wall
 from tests.helpers.watched_robot import WatchedRobot
+from vizbot.cli import app as cli
 from vizbot.config import Config
 from vizbot.core.devices import Devices
 from vizbot.core.geometry import camera_mount
@@ -102,6 +104,19 @@ def no_settings(tmp_path_factory):
         patch.delenv("VIZBOT_CONFIG", raising=False)
         patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("settings")))
         yield
+
+
+@pytest.fixture
+def command_line(monkeypatch, capfd):
+    """Run a command line; return exit code, standard output, error output."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vizbot", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code or 0, *capfd.readouterr()
+
+    return run
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import json
 import re
 import sys
 import tomllib
+from functools import partial
 from types import SimpleNamespace
 from typing import get_args
 
@@ -15,7 +16,6 @@ from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import SoftwareD435i
 from tests.helpers.checkout import ROOT
 from tests.helpers.random_clip import save_tiny_clip
-from vizbot.cli import app as cli
 from vizbot.commands.config.discovery import with_rehearsal
 from vizbot.commands.config.encoder_choice import CHOICES
 from vizbot.commands.config.settings_table import all_tables
@@ -25,17 +25,9 @@ SETTING = re.compile(r"^#(?=\S)", re.MULTILINE)
 
 
 @pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
+def run(run):
     """Run `vizbot config` in an empty folder; return exit code, standard output, error output."""
-
-    def command(*arguments):
-        monkeypatch.chdir(tmp_path)
-        monkeypatch.setattr(sys, "argv", ["vizbot", "config", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        return end.value.code or 0, *capfd.readouterr()
-
-    return command
+    return partial(run, "config")
 
 
 @pytest.fixture

@@ -23,7 +23,6 @@ from sim_stubs.world.free_floor import FreeFloor
 from tests.helpers.filmed_room import RATE, filmed, settings
 from tests.helpers.roomba_rig import ASKED_EVERY, DEADLINE, wait_for
 from tests.helpers.served import arrived
-from vizbot.cli import app as cli
 from vizbot.commands import launch
 from vizbot.core.geometry import yaw_of
 from vizbot.operator.language.dialogue import Dialogue
@@ -100,21 +99,18 @@ ENDS = {
 
 @pytest.mark.parametrize("end", ENDS)
 def test_a_robot_is_launched_asked_stopped_and_ended(
-    end, robot_toml, floor, tmp_path, signals, monkeypatch, capfd
+    end, robot_toml, floor, tmp_path, signals, monkeypatch, command_line
 ):
     run, port = tmp_path / "run", free_port()
     command = ["launch", "--force", "--clip", "embedded", "--config", robot_toml, "--out", run]
     command += ["--port", port, "--rerun"]
-    monkeypatch.setattr(sys, "argv", ["vizbot", *map(str, command)])
     with typing(monkeypatch) as keyboard:
         url = f"http://127.0.0.1:{port}"
         person = threading.Thread(target=attend, args=(url, keyboard, floor, ENDS[end]))
         person.start()
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
+        code, out, err = command_line(*command)
         person.join()
-    out, err = capfd.readouterr()
-    assert not ended.value.code and "interrupted" not in err, err
+    assert not code and "interrupted" not in err, err
     assert out.strip() == str(run / "report.html") and (run / "report.html").exists()
     assert len(map_bundle.load(run / "map").elements.keyframes) > 0
     log = (run / "vizbot.log").read_text()

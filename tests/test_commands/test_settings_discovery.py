@@ -13,7 +13,6 @@ from drivers.roomba.serial_port import open_serial
 from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
 from vizbot import doctor as doctor_checks
-from vizbot.cli import app as cli
 from vizbot.commands import calibrate, doctor, teleop
 from vizbot.commands import map as map_command
 from vizbot.commands.config.discovery import load_settings, settings_file
@@ -36,16 +35,9 @@ def places(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def run(monkeypatch, capfd):
-    """Run a command line; return exit code, standard output, error output."""
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vizbot", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        return end.value.code or 0, *capfd.readouterr()
-
-    return command
+def run(command_line):
+    """Run a command line where the test is; return exit code, standard output, error output."""
+    return command_line
 
 
 def test_the_first_place_with_a_file_counts_and_one_line_names_it(places, monkeypatch, capfd):

@@ -11,7 +11,6 @@ import pytest
 
 from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
-from vizbot.cli import app as cli
 
 SETTINGS = {
     "torn": 'clip = "',
@@ -355,18 +354,15 @@ def taken():
 
 
 @pytest.fixture
-def refuse(place, taken, monkeypatch, capfd):
+def refuse(place, taken, command_line, monkeypatch):
     """Run a command line; the one line that refuses it."""
 
     def command(line):
         before = sorted(place.rglob("*"))
         monkeypatch.chdir(place)
-        monkeypatch.setattr(sys, "argv", ["vizbot", *shlex.split(line.replace("PORT", str(taken)))])
         monkeypatch.setattr(sys, "stdin", StringIO())
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        out, err = capfd.readouterr()
-        assert (end.value.code, out, err.count("\n")) == (1, "", 1), err
+        code, out, err = command_line(*shlex.split(line.replace("PORT", str(taken))))
+        assert (code, out, err.count("\n")) == (1, "", 1), err
         assert err.startswith("vizbot: ") and "Traceback" not in err
         assert sorted(place.rglob("*")) == before
         return err

@@ -1,7 +1,7 @@
 import io
 import json
 import sys
-from functools import cache
+from functools import cache, partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,7 +21,6 @@ from tests.helpers.spoken import (
     utterances,
 )
 from tests.tools.hearing import HELD_OUT, heard, stop_samples, understood
-from vizbot.cli import app as cli
 from vizbot.commands import voice
 from vizbot.commands.dispatch import CommandSender
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
@@ -42,14 +41,8 @@ def recogniser(whisper):
 
 
 @pytest.fixture
-def run(monkeypatch, capfd):
-    def run_command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vizbot", "voice", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        return end.value.code, *capfd.readouterr()
-
-    return run_command
+def run(command_line):
+    return partial(command_line, "voice")
 
 
 @speaking
