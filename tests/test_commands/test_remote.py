@@ -21,18 +21,6 @@ from vizbot.core.types import Tracking
 from vizbot.operator.api import auth
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.client.robot_client import RobotClient
-from vizbot.operator.session.session import OperatorSession
-
-
-@pytest.fixture
-def session():
-    return OperatorSession()
-
-
-@pytest.fixture
-def client(session):
-    with served(session) as server, RobotClient(server.url, None) as client:
-        yield client
 
 
 @pytest.fixture(autouse=True)

@@ -5,13 +5,13 @@ from tests.helpers.spoken import SpokenSample, record, speaking
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.live_map import LiveMap
-from vizbot.operator.session.session import OperatorSession
 
 
 @speaking
-def test_a_robot_hears_through_the_page_with_the_model_it_was_given(whisper, monkeypatch, tmp_path):
+def test_a_robot_hears_through_the_page_with_the_model_it_was_given(
+    whisper, session, monkeypatch, tmp_path
+):
     monkeypatch.setattr(LiveMap, "vocabulary", lambda live_map: ["kitchen"])
-    session = OperatorSession()
     said = record(SpokenSample("go to the kitchen, then the sofa", "en-us", 150, None), tmp_path)
     heard = f"--use-file-for-fake-audio-capture={said}%noloop"
     with (

@@ -143,8 +143,7 @@ def test_a_robot_with_another_token_is_refused():
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "127.0.0.1", "localhost"])
-def test_the_robot_itself_proves_to_know_the_token_once_for_all_requests(challenges, host):
-    session = OperatorSession()
+def test_the_robot_itself_proves_to_know_the_token_once_for_all_requests(challenges, session, host):
     with (
         served(session, host="0.0.0.0") as server,
         RobotClient(server.url.replace("0.0.0.0", host), None) as client,

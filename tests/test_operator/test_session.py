@@ -22,8 +22,7 @@ class Time:
         return self.now
 
 
-def test_the_track_has_places_a_few_centimetres_apart():
-    session = OperatorSession()
+def test_the_track_has_places_a_few_centimetres_apart(session):
     assert session.track().shape == (0, 2)
     for index in range(21):
         session.on_step(step(index, x=0.02 * index))
@@ -45,8 +44,7 @@ def test_the_step_rate_is_that_of_the_last_seconds_and_falls_when_steps_stop():
     assert session.step_rate() == pytest.approx(5.0, abs=0.3)
 
 
-def test_a_goal_that_is_too_long_is_refused_in_one_line():
-    session = OperatorSession()
+def test_a_goal_that_is_too_long_is_refused_in_one_line(session):
     with pytest.raises(ConfigError, match="a goal has at most 200 letters"):
         session.ask(["a" * 201])
     assert session.queue.tasks() == []

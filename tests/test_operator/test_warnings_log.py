@@ -1,11 +1,9 @@
 import logging
 
 from vizbot.operator.session.notifications import log_warnings
-from vizbot.operator.session.session import OperatorSession
 
 
-def test_people_are_shown_our_warnings_once_and_nobody_elses():
-    session = OperatorSession()
+def test_people_are_shown_our_warnings_once_and_nobody_elses(session):
     with log_warnings(session):
         logging.getLogger("drivers.realsense.camera").warning(
             "the camera is gone: %s", "plug it in"

@@ -22,7 +22,6 @@ from vizbot.operator.language.command import GoTo, No, Stop, Yes
 from vizbot.operator.language.language import load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
-from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice import recordings
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
@@ -37,11 +36,6 @@ def dialogue_in(code, session):
 
 def at(x, y):
     return Answer("sofa", Outcome.LOCATED, 0.3, (FoundPlace((x, y, 0.4), 0.5, 3, ()),))
-
-
-@pytest.fixture
-def session():
-    return OperatorSession()
 
 
 @pytest.fixture

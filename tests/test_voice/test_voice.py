@@ -25,7 +25,6 @@ from vizbot.commands import voice
 from vizbot.commands.dispatch import CommandSender
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
 from vizbot.operator.language.command import GoTo, Stop
-from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Hypothesis, choose_utterance
@@ -56,8 +55,7 @@ def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
 
 
 @speaking
-def test_the_robot_of_this_machine_obeys(run, whisper, tmp_path, monkeypatch):
-    session = OperatorSession()
+def test_the_robot_of_this_machine_obeys(run, session, whisper, tmp_path, monkeypatch):
     with served(session) as server:
         monkeypatch.setattr(voice, "HERE", server.url)
         wav = record(SpokenSample("stop", "en-us", 150, None), tmp_path)
