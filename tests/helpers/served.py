@@ -13,7 +13,6 @@ import numpy as np
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from tests.helpers.roomba_rig import wait_for
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure, PlaceScores
@@ -99,6 +98,12 @@ def served(session=None, **service):
         yield server
 
 
+def refusal(answer, status=409):
+    """Why a request was refused, which was with this status."""
+    assert answer.status_code == status
+    return answer.json()["detail"]
+
+
 def websocket_url(server, path):
     return server.url.replace("http", "ws", 1) + path
 
@@ -171,8 +176,3 @@ async def drive_for(socket, seconds, linear, first=0):
             await socket.send(json.dumps(motion))
             sequence += 1
     return sequence
-
-
-__all__ = [
-    "Proxy", "arrived", "drive_for", "jobs_done", "served", "step", "wait_for", "websocket_url",
-]  # fmt: skip

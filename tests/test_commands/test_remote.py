@@ -12,7 +12,8 @@ import httpx
 import pytest
 import typer
 
-from tests.helpers.served import arrived, jobs_done, served, step, wait_for
+from tests.helpers.roomba_rig import wait_for
+from tests.helpers.served import arrived, jobs_done, served, step
 from vizbot.cli import remote as cli_remote
 from vizbot.commands import remote
 from vizbot.core.errors import ConfigError, DeviceError

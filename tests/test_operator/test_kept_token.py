@@ -6,7 +6,8 @@ import httpx
 import pytest
 
 from tests.helpers.impostor import Impostor, http_answer
-from tests.helpers.served import served, wait_for
+from tests.helpers.roomba_rig import wait_for
+from tests.helpers.served import served
 from vizbot.core.errors import DeviceError
 from vizbot.operator.api.auth import store_token, token_path
 from vizbot.operator.api.proof import Credentials, prove, run_token

@@ -9,8 +9,8 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.helpers.roomba_rig import DEADLINE
-from tests.helpers.served import arrived, jobs_done, served, wait_for
+from tests.helpers.roomba_rig import DEADLINE, wait_for
+from tests.helpers.served import arrived, jobs_done, refusal, served
 from tests.helpers.served import step as standing
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
@@ -272,16 +272,14 @@ def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, mon
 
 def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
     monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
-    answer = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
-    assert answer.status_code == 422
-    assert "what was sent holds no sound" in answer.json()["detail"]
+    noise = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
+    assert "what was sent holds no sound" in refusal(noise, 422)
 
     def missing(*_, **__):
         raise ConfigError("no speech model 'tiny.en'")
 
     monkeypatch.setattr(recordings.Recogniser, "__init__", missing)
-    answer = http.post("/heard", **sound())
-    assert (answer.status_code, answer.json()["detail"]) == (503, "no speech model 'tiny.en'")
+    assert refusal(http.post("/heard", **sound()), 503) == "no speech model 'tiny.en'"
 
 
 def test_a_recording_may_be_large_but_not_endless(http):
@@ -485,9 +483,8 @@ def test_a_word_that_tells_no_thing_from_another_is_left_out_and_said(
 
 @pytest.mark.parametrize("text", ["next " * 795, "x" * 601, "sofa and " * 61])
 def test_a_sentence_that_is_too_long_is_refused_in_one_line(http, text):
-    refused = http.post("/said", json={"text": text})
-    assert refused.status_code == 422
-    assert "say it in 120 words and 600 characters" in refused.json()["detail"]
+    refused = refusal(http.post("/said", json={"text": text}), 422)
+    assert "say it in 120 words and 600 characters" in refused
 
 
 @pytest.mark.parametrize(
