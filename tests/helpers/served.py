@@ -17,6 +17,7 @@ from vizbot.core.geometry import planar
 from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import (
+    STOP,
     ImuSamples,
     Intrinsics,
     OccupancyGrid,
@@ -48,6 +49,11 @@ def step(index, x=0.0, map_number=0):
         boxes=np.array([[8, 4, 16, 12]], np.int32), keyframe_poses={0: np.eye(4)}, closures=[],
         frontiers=np.zeros((0, 2)), ended=None, command=None,
     )  # fmt: skip
+
+
+def resting(index, x=0.0):
+    """A step of a robot that is under way at x [m], though its wheels rest."""
+    return replace(step(index, x), command=STOP)
 
 
 def scored(step, points, scores, size=0.1, **changes):

@@ -6,18 +6,6 @@ import pytest
 from tests.helpers.rrd import at, rows
 from tests.helpers.served import step as standing
 from tests.helpers.two_maps import EMPTY, EMPTY_ON, KEPT, KEPT_ON, OLD
-from vizbot.operator.viewer.viewer import Viewer
-
-
-@pytest.fixture
-def recorded(tmp_path):
-    def record(*steps):
-        with Viewer(tmp_path / "run.rrd") as viewer:
-            for step in steps:
-                viewer.on_step(step)
-        return tmp_path / "run.rrd"
-
-    return record
 
 
 @pytest.mark.parametrize("then", [[EMPTY, EMPTY_ON], [KEPT, KEPT_ON]])
