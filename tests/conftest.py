@@ -24,9 +24,11 @@ from httpx._transports import default as httpx_transports
 from hypothesis import settings
 
 from mapping.clip.reading import Reading
+from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.wall_clock import on_wall_clock
 from tests.helpers.browsing import KEPT_BROWSER, PATIENCE
 from tests.helpers.roomba_host import Host
-from tests.helpers.roomba_rig import Rig
+from tests.helpers.roomba_rig import Rig, TimedFloor
 from tests.helpers.sampling import mark_the_rest_long
 from tests.helpers.scripted_robot import CAMERA, Wall
 from tests.helpers.served import served
@@ -150,6 +152,18 @@ def host(connect):
 def safe(host):
     host.send(128, 131)
     return host
+
+
+@pytest.fixture
+def floor():
+    return TimedFloor()
+
+
+@pytest.fixture
+def stub(floor):
+    """A simulated base on the wall clock."""
+    with on_wall_clock(SimulatedRoomba(floor)) as stub:
+        yield stub
 
 
 @pytest.fixture

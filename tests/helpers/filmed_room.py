@@ -16,6 +16,8 @@ from sim_stubs.world.free_floor import FreeFloor
 from vizbot.cli.standard_error import lose_what_cannot_be_written
 from vizbot.core.geometry import yaw_of
 
+LAUNCH = ("-m", "tests.helpers.filmed_room", "--port", "0", "--out", "run")
+"""What Python is given to launch such a robot, but for its settings."""
 RATE = 15
 """Frames a second."""
 

@@ -11,17 +11,15 @@ from contextlib import contextmanager
 
 import pytest
 
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
 from tests.helpers import filmed_room
 from tests.helpers.broken_streams import BROKEN, broken_stream
-from tests.helpers.roomba_rig import TimedFloor, rested, wait_for
+from tests.helpers.roomba_rig import rested, wait_for
 from vizbot.core.types import BaseMode
 
 UP = b"\x1b[A"
 ENDS = [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP]
 COMMANDS = {
-    "launch": ["-m", "tests.helpers.filmed_room", "--port", "0", "--out", "run"],
+    "launch": filmed_room.LAUNCH,
     "calibrate": [
         *("-m", "vizbot", "calibrate", "--camera", "sim", "--world", "office", "--yes"),
         *("--out", "calibrated.toml"),
@@ -68,17 +66,6 @@ def keyboard(typed):
         typing.join()
         os.close(screen)
         os.close(terminal)
-
-
-@pytest.fixture
-def floor():
-    return TimedFloor()
-
-
-@pytest.fixture
-def stub(floor):
-    with on_wall_clock(SimulatedRoomba(floor)) as stub:
-        yield stub
 
 
 def assert_rests(command, end, stream, stub, floor, folder):

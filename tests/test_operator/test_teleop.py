@@ -12,10 +12,8 @@ import time
 import pytest
 
 from drivers.roomba.serial_port import SerialAddress
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.body import Contacts
-from tests.helpers.roomba_rig import DEADLINE, Floor, open_lockstep, wait_for
+from tests.helpers.roomba_rig import DEADLINE, open_lockstep, wait_for
 from vizbot.commands import teleop as command
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
@@ -73,17 +71,6 @@ def person():
     someone = Person()
     yield someone
     someone.hang_up()
-
-
-@pytest.fixture
-def floor():
-    return Floor()
-
-
-@pytest.fixture
-def stub(floor):
-    with on_wall_clock(SimulatedRoomba(floor)) as stub:
-        yield stub
 
 
 def open_base(stub):
