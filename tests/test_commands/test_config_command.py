@@ -32,13 +32,14 @@ def run(run):
 
 @pytest.fixture
 def plug_in(monkeypatch):
-    """Have this machine see these serial ports, and a camera if there is one."""
+    """Have this machine see these serial ports, and a camera if there is one; none at first."""
 
     def plug_in(*ports, camera=None):
         monkeypatch.setattr(list_ports, "comports", lambda: list(ports))
         context = rs.context() if camera is None else camera.plug_in()
         monkeypatch.setattr(rs, "context", lambda: context)
 
+    plug_in()
     return plug_in
 
 
@@ -61,7 +62,6 @@ def test_a_first_file_names_the_port_and_the_camera_that_are_plugged_in(run, plu
 def test_a_first_file_lets_a_person_choose_the_encoder_by_what_its_time_means(
     run, plug_in, monkeypatch, tmp_path
 ):
-    plug_in()
     monkeypatch.setattr("huggingface_hub.constants.HF_HUB_CACHE", str(tmp_path / "hub"))
     code, out, _ = run("init")
     text = (tmp_path / "robot.toml").read_text()
@@ -76,7 +76,6 @@ def test_a_first_file_lets_a_person_choose_the_encoder_by_what_its_time_means(
 
 
 def test_a_first_file_names_an_encoder_that_was_fetched(run, plug_in, monkeypatch, tmp_path):
-    plug_in()
     fetched = tmp_path / "hub/models--openai--clip-vit-large-patch14/snapshots/abc"
     save_tiny_clip(fetched)
     monkeypatch.setattr("huggingface_hub.constants.HF_HUB_CACHE", str(tmp_path / "hub"))
@@ -103,7 +102,6 @@ def test_a_first_file_without_devices_says_so_and_sets_nothing(run, plug_in, tmp
 def test_a_first_file_is_written_without_the_realsense_sdk_and_says_so(
     run, plug_in, monkeypatch, tmp_path
 ):
-    plug_in()
     monkeypatch.setitem(sys.modules, "drivers.realsense.examination", None)
     monkeypatch.setitem(sys.modules, "pyrealsense2", None)
     for module in ("drivers.realsense.examination", "drivers.realsense.sdk"):
@@ -113,7 +111,6 @@ def test_a_first_file_is_written_without_the_realsense_sdk_and_says_so(
 
 
 def test_ports_that_cannot_be_listed_are_no_error_of_a_first_file(run, plug_in, monkeypatch):
-    plug_in()
 
     def vanish():
         raise KeyError("gone")
@@ -126,7 +123,6 @@ def test_ports_that_cannot_be_listed_are_no_error_of_a_first_file(run, plug_in, 
 def test_a_file_with_every_setting_changes_none_and_each_can_be_taken_as_it_stands(
     run, plug_in, tmp_path
 ):
-    plug_in()
     assert run("init", "--all", "--out", "all.toml")[0] == 0
     text = (tmp_path / "all.toml").read_text()
     assert load_config(tmp_path / "all.toml") == Config()
@@ -150,7 +146,6 @@ def test_a_file_with_every_setting_changes_none_and_each_can_be_taken_as_it_stan
     ],
 )
 def test_a_first_file_that_cannot_be_written_is_one_line(run, plug_in, tmp_path, arguments, words):
-    plug_in()
     (tmp_path / "robot.toml").write_text("half = true\n")
     (tmp_path / "lost").symlink_to("nothing")
     (tmp_path / "folder").mkdir()
@@ -161,7 +156,6 @@ def test_a_first_file_that_cannot_be_written_is_one_line(run, plug_in, tmp_path,
 
 
 def test_a_file_is_replaced_on_request(run, plug_in, tmp_path):
-    plug_in()
     (tmp_path / "robot.toml").write_text("half = true\n")
     assert run("init", "--force")[0] == 0
     assert load_config(tmp_path / "robot.toml") == Config()
@@ -216,7 +210,6 @@ def test_each_description_is_a_sentence_that_can_be_read_alone(key):
 def test_at_most_60_settings_are_for_people_and_a_first_file_shows_them_alone(
     run, plug_in, tmp_path
 ):
-    plug_in()
     plain = {
         f"{table.heading.strip('[]')}.{each.name}".lstrip(".")
         for table in all_tables()
