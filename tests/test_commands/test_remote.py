@@ -172,21 +172,6 @@ def test_what_the_robot_refuses_is_one_line(client):
         client.ask(["a" * 300])
 
 
-def test_where_no_robot_answers_one_line_says_so():
-    url = "http://127.0.0.1:9"
-    with (
-        pytest.raises(DeviceError, match=f"no robot answers at {url}.*vizbot launch"),
-        RobotClient(url, None) as client,
-    ):
-        client.state()
-
-
-@pytest.mark.parametrize("url", ["robot", "", "ftp://robot"])
-def test_what_is_no_address_is_one_line(url):
-    with pytest.raises(ConfigError, match=f"--url '{url}' is no address; give one like http"):
-        RobotClient(url, None)
-
-
 STATE = {
     "stopped": False, "wheel": None, "goals": [], "steps_per_second": 1.0, "base": None, "log": [],
     "step": None, "activity": "", "map_view": None,

@@ -199,6 +199,8 @@ TABLE = """
     map info cut | cut is damaged | build it again
     map query home '' | '' is empty | 'sofa'
     map query notes sofa | notes
+    map query home sofa --config nowhere.toml | nowhere.toml
+    map query home sofa --language fr | --language fr: give one of de, en
     map query home | 'text' | --help
     map query home 'go to the sofa, then the lamp' | then the lamp' | 'where is the sofa?'
     map query home 'sofa, lamp' | map query takes a thing ('sofa') | 'sofa, lamp' | double quotes
@@ -257,15 +259,15 @@ TABLE = """
     teleop --base tank | --base tank | roomba or sim
     goal | 'TEXT...' | --help
     goal '' | the goal '' is empty | 'yellow chair'
-    goal sofa --language xx | --language xx | de, en
-    goal sofa --url robot | --url 'robot' | http://robot:8787
-    goal sofa --url ftp://robot | --url 'ftp://robot' | http://robot:8787
+    goal sofa --language xx | --language xx: give one of de, en
+    goal sofa --url robot | --url 'robot' is no address; give one like http://robot:8787
+    goal sofa --url ftp://robot | --url 'ftp://robot' is no address; give one like http
     goal sofa --url http://robot:port | 'port' | http://robot:8787
-    goal sofa --url http://127.0.0.1:9 | http://127.0.0.1:9 | vizbot launch
+    goal sofa --url http://127.0.0.1:9 | no robot answers at http://127.0.0.1:9 | vizbot launch
     goal sofa --token é | --token | as launch shows it
     say '' | is empty | 'yellow chair'
     explore now | (now) | --help
-    explore --url '' | --url '' | http://robot:8787
+    explore --url '' | --url '' is no address; give one like http | http://robot:8787
     stop --url http://127.0.0.1:9 | http://127.0.0.1:9 | vizbot launch
     stop --url http://[::1 | http://[::1 | http://robot:8787
     status --url https://127.0.0.1:9 | https://127.0.0.1:9 | vizbot launch
