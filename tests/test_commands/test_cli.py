@@ -10,6 +10,7 @@ from sim_stubs.world import renderer
 from tests.fuzz.spoilt_sequences import write_sequence
 from tests.helpers.bundles import bundle_of
 from tests.helpers.checkout import ROOT
+from tests.helpers.failing import raising
 from vizbot import __version__
 from vizbot.cli import app as cli
 from vizbot.core.errors import DeviceError
@@ -164,17 +165,13 @@ def test_without_arguments_the_help_is_shown(run):
 def test_a_world_that_cannot_be_used_is_refused_before_the_encoder_opens(
     run, monkeypatch, arguments, words
 ):
-    def open_encoder(*_):
-        raise AssertionError("the encoder was opened")
-
-    monkeypatch.setattr("vizbot.commands.open_run.open_encoder", open_encoder)
+    opened = raising(AssertionError("the encoder was opened"))
+    monkeypatch.setattr("vizbot.commands.open_run.open_encoder", opened)
     assert_one_line(run("dry-run", "chair", "--world", "1100", *arguments), *words)
 
 
 def test_an_interrupted_command_says_so(run, monkeypatch):
-    def interrupt(path):
-        raise KeyboardInterrupt
-
+    interrupt = raising(KeyboardInterrupt())
     monkeypatch.setattr("vizbot.commands.calibrate.load_settings", interrupt)
     assert run("calibrate") == (130, "", "vizbot: interrupted\n")
 

@@ -15,6 +15,7 @@ from serial.tools import list_ports
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import SoftwareD435i
 from tests.helpers.checkout import ROOT
+from tests.helpers.failing import raising
 from tests.helpers.random_clip import save_tiny_clip
 from vizbot.commands.config.discovery import with_rehearsal
 from vizbot.commands.config.encoder_choice import CHOICES
@@ -111,11 +112,7 @@ def test_a_first_file_is_written_without_the_realsense_sdk_and_says_so(
 
 
 def test_ports_that_cannot_be_listed_are_no_error_of_a_first_file(run, plug_in, monkeypatch):
-
-    def vanish():
-        raise KeyError("gone")
-
-    monkeypatch.setattr(list_ports, "comports", vanish)
+    monkeypatch.setattr(list_ports, "comports", raising(KeyError("gone")))
     code, out, _ = run("init")
     assert code == 0 and "None was seen here: the serial ports: 'gone'" in out
 

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.browsing import box_of, says, touch_screen, until
+from tests.helpers.failing import raising
 from vizbot.core.errors import ConfigError
 from vizbot.operator.figures.image_encoding import jpeg
 
@@ -99,10 +100,7 @@ def test_a_place_of_the_saved_map_is_asked_about_without_a_picture(page, robot):
 
 
 def test_why_a_no_is_refused_is_told_and_can_be_said_again(page, robot):
-    def fail():
-        raise ConfigError("it cannot learn")
-
-    robot.pipeline.refute = fail
+    robot.pipeline.refute = raising(ConfigError("it cannot learn"))
     robot.arrive("yellow chair", chair())
     page.get_by_role("button", name="No, keep looking").click()
     says(page, "#arrival-question", "Not asked: it cannot learn.")

@@ -7,6 +7,7 @@ import stat
 import httpx
 import pytest
 
+from tests.helpers.failing import raising
 from tests.helpers.served import served
 from vizbot.core.errors import ConfigError
 from vizbot.operator.api.auth import Guard, store_token, stored_token, token_path
@@ -119,10 +120,7 @@ def test_all_addresses_are_reached_at_one_of_this_computers(host):
 
 
 def test_a_computer_without_a_network_is_reached_by_its_name(monkeypatch):
-    def unreachable(probe, address):
-        raise OSError("Network is unreachable")
-
-    monkeypatch.setattr(socket.socket, "connect", unreachable)
+    monkeypatch.setattr(socket.socket, "connect", raising(OSError("Network is unreachable")))
     assert reached_host("0.0.0.0") == socket.gethostname()
 
 

@@ -14,6 +14,7 @@ from mapping.map_snapshot import MapSnapshot
 from tests.fuzz.spoilt_maps import replacing
 from tests.helpers.bundles import NO_MAP, bundle_of
 from tests.helpers.documented_api import DocumentedClient
+from tests.helpers.failing import raising
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.helpers.scripted_robot import ScriptedBase
 from tests.helpers.served import refusal, served
@@ -348,11 +349,8 @@ def test_a_map_with_wrong_arrays_leaves_the_robot_in_the_map_it_had(robot, http,
 
 def test_a_disk_that_is_full_is_told(robot, http, monkeypatch):
     robot.start()
-
-    def full(bundle, folder):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("mapping.map_bundle.save", full)
+    full = OSError(28, "No space left on device")
+    monkeypatch.setattr("mapping.map_bundle.save", raising(full))
     assert "No space left on device" in refusal(http.put("/maps/home", json={}))
 
 

@@ -9,6 +9,7 @@ import httpx
 import numpy as np
 import pytest
 
+from tests.helpers.failing import raising
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.helpers.served import arrived, jobs_done, refusal, served
 from tests.helpers.served import step as standing
@@ -274,10 +275,7 @@ def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
     monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
     noise = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
     assert "what was sent holds no sound" in refusal(noise, 422)
-
-    def missing(*_, **__):
-        raise ConfigError("no speech model 'tiny.en'")
-
+    missing = raising(ConfigError("no speech model 'tiny.en'"))
     monkeypatch.setattr(recordings.Recogniser, "__init__", missing)
     assert refusal(http.post("/heard", **sound()), 503) == "no speech model 'tiny.en'"
 
@@ -533,9 +531,7 @@ def test_a_typed_sentence_is_parsed_once(session, monkeypatch, text):
 
 
 def test_a_sentence_that_finds_no_place_to_wait_is_answered_with_429(http, monkeypatch):
-    def full(*_, **__):
-        raise dialogue.QueueFullError("2 sentences wait already; say it again in a moment")
-
-    monkeypatch.setattr(dialogue.Dialogue, "_read", full)
+    full = dialogue.QueueFullError("2 sentences wait already; say it again in a moment")
+    monkeypatch.setattr(dialogue.Dialogue, "_read", raising(full))
     assert http.post("/said", json={"text": "go to the sofa"}).status_code == 429
     assert http.post("/said", json={"text": "stop"}).status_code == 200

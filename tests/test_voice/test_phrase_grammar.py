@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.helpers.failing import raising
 from tests.helpers.spoken import BUILDING, FINAL, JOINS, NAMES, SOONER, VOICES, missions, ruled
 from tests.tools import hearing
 from tests.tools.hearing import Heard, hearing_facts, judged
@@ -216,9 +217,6 @@ def test_what_became_of_a_sentence():
 def test_what_has_been_heard_is_kept_at_once_and_not_heard_again(tmp_path, monkeypatch):
     out, heard = tmp_path / "voice.json", []
 
-    def broken_off():
-        raise KeyboardInterrupt
-
     def jobs(_folder, second):
         return {
             ("tiny.en", "quiet"): lambda: heard.append("quiet") or {"sentences": 1},
@@ -226,7 +224,7 @@ def test_what_has_been_heard_is_kept_at_once_and_not_heard_again(tmp_path, monke
         }
 
     monkeypatch.setattr(sys, "argv", ["hearing", str(out)])
-    monkeypatch.setattr(hearing, "hearing_jobs", partial(jobs, second=broken_off))
+    monkeypatch.setattr(hearing, "hearing_jobs", partial(jobs, second=raising(KeyboardInterrupt())))
     with pytest.raises(KeyboardInterrupt):
         hearing.main()
     monkeypatch.setattr(
