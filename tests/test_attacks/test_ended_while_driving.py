@@ -5,13 +5,13 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from contextlib import contextmanager
 
 import pytest
 
 from tests.helpers import filmed_room
+from tests.helpers.beside import beside
 from tests.helpers.broken_streams import BROKEN, broken_stream
 from tests.helpers.roomba_rig import rested, wait_for
 from vizbot.core.types import BaseMode
@@ -46,9 +46,8 @@ not taken for a silent one, before its wheels turn."""
 def keyboard(typed):
     """A terminal at which somebody types the same all the time."""
     screen, terminal = os.openpty()
-    over = threading.Event()
 
-    def type_on():
+    def type_on(over):
         os.set_blocking(screen, False)
         while not over.wait(0.03):
             os.write(screen, typed)
@@ -57,13 +56,10 @@ def keyboard(typed):
             except BlockingIOError:
                 continue
 
-    typing = threading.Thread(target=type_on)
-    typing.start()
     try:
-        yield terminal
+        with beside(type_on):
+            yield terminal
     finally:
-        over.set()
-        typing.join()
         os.close(screen)
         os.close(terminal)
 

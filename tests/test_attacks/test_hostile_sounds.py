@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.fuzz.sounds import RECORDED, recorded_by
+from tests.helpers.beside import beside
 from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.helpers.served import refusal, served
@@ -113,19 +114,14 @@ def sockets_of_tree(port):
 @contextmanager
 def most_sockets(port):
     """The most sockets at any time of a block, in a list of one."""
-    counts, over = [0], threading.Event()
+    counts = [0]
 
-    def watch():
+    def watch(over):
         while not over.is_set():
             counts[0] = max(counts[0], sockets_of_tree(port))
 
-    watcher = threading.Thread(target=watch)
-    watcher.start()
-    try:
+    with beside(watch):
         yield counts
-    finally:
-        over.set()
-        watcher.join()
 
 
 def test_the_sockets_of_a_program_below_this_one_are_counted():
@@ -205,22 +201,17 @@ def answer_times(robot, count):
 @contextmanager
 def loop_lateness():
     """How late each turn of a loop begins that runs beside a block, as a robot's does [s]."""
-    late, over = [], threading.Event()
+    late = []
 
-    def drive():
+    def drive(over):
         due = time.monotonic()
         while not over.is_set():
             due = max(due + _PERIOD, time.monotonic())
             over.wait(due - time.monotonic())
             late.append(time.monotonic() - due)
 
-    loop = threading.Thread(target=drive)
-    loop.start()
-    try:
+    with beside(drive):
         yield late
-    finally:
-        over.set()
-        loop.join()
 
 
 def test_of_sixty_recordings_two_wait_and_state_and_motion_go_on(robot, monkeypatch):
