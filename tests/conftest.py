@@ -30,20 +30,15 @@ from tests.helpers.browsing import KEPT_BROWSER, PATIENCE
 from tests.helpers.roomba_host import Host
 from tests.helpers.roomba_rig import Rig, TimedFloor
 from tests.helpers.sampling import mark_the_rest_long
-from tests.helpers.scripted_robot import CAMERA, Wall
+from tests.helpers.scripted_robot import wall_pipeline
 from tests.helpers.served import served
 from tests.helpers.watched_robot import WatchedRobot
 from vizbot.cli import app as cli
 from vizbot.config import Config
-from vizbot.core.devices import Devices
-from vizbot.core.geometry import camera_mount
-from vizbot.core.simulated_clock import SimulatedClock
-from vizbot.core.types import ImuSamples
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.session.session import OperatorSession
-from vizbot.pipeline import Pipeline
 
 settings.register_profile("vizbot", deadline=None)  # examples' times are the machine's, not ours
 settings.load_profile("vizbot")
@@ -196,17 +191,13 @@ def pipeline_on(mean_colours):
         observers=(),
         method="belief",
     ):
-        clock = SimulatedClock()
-        rgb = np.full((240, 320, 3), colour, np.uint8)
         config = Config.model_validate(
             {
                 "objectnav": {"look_around": look_around, "method": method},
                 "roomba": {"resume_safe": resume_safe},
             }
         )
-        wall = Wall(clock, rgb, CAMERA, imu or ImuSamples.none())
-        devices = Devices(clock, wall, base, camera_mount(0.6, 0.05, 0.15), False)
-        return Pipeline(devices, mean_colours, config, observers)
+        return wall_pipeline(base, mean_colours, config, colour, imu, observers)
 
     return build
 

@@ -46,6 +46,15 @@ def test_the_settings_load_nothing_heavy():
     assert ended.stdout == "[]\n", ended.stderr
 
 
+def refused(run, tmp_path, *arguments):
+    """The one line with which a command is refused, with nothing heavy loaded or left behind."""
+    before = sorted(tmp_path.rglob("*"))
+    code, error, loaded = run(*arguments)
+    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    assert sorted(tmp_path.rglob("*")) == before
+    return error
+
+
 RUNS = [
     (("--config", "none.toml"), ("none.toml", "give a TOML file")),
     (("--method", "foo"), ("--method foo", "'foo' is not one of 'belief', 'paper'")),
@@ -77,8 +86,7 @@ def test_a_run_that_cannot_be_is_refused_before_anything_heavy_is_loaded(
     run, tmp_path, command, words
 ):
     (tmp_path / "something").touch()
-    code, error, loaded = run(*command)
-    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    error = refused(run, tmp_path, *command)
     assert all(word in error for word in words), error
 
 
@@ -89,8 +97,7 @@ def test_the_rehearsal_encoder_drives_among_real_things_only_where_it_is_typed(
 ):
     (tmp_path / "mine.toml").write_text(f'serial_port = "nowhere"\n{file}')
     command = ("launch", *force, "--config", "mine.toml", "--port", "0")
-    code, error, loaded = run(*command)
-    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    error = refused(run, tmp_path, *command)
     assert "clip embedded: the rehearsal encoder knows simulated homes alone" in error
     assert "hf download openai/clip-vit-base-patch32" in error and "--clip embedded" in error
     if force:
@@ -127,9 +134,7 @@ def test_a_saved_map_says_what_it_holds_with_nothing_heavy(run, tmp_path):
 def test_questions_to_a_saved_map_that_cannot_be_are_refused_with_nothing_heavy(run, tmp_path):
     map_bundle.save(bundle_of(model_id="another"), tmp_path / "home")
     for folder, word in (("nowhere", "no map at nowhere"), ("home", "'another'")):
-        code, error, loaded = run("map", "query", folder, "sofa")
-        assert (code, error.count("\n"), loaded) == (1, 1, [])
-        assert word in error
+        assert word in refused(run, tmp_path, "map", "query", folder, "sofa")
 
 
 def test_a_saved_map_answers_without_pytorch(run, tmp_path):
@@ -148,15 +153,6 @@ def test_what_heavy_is_loaded_would_be_noticed(run):
     """The check of these tests can fail: a command that loads something heavy shows it."""
     code, _, loaded = run("dry-run", "sofa", "--world", "1100", "--start", "-100,0,0")
     assert code == 1 and {"mujoco", "scipy", "cv2"} <= set(loaded)
-
-
-def refused(run, tmp_path, *arguments):
-    """The one line with which a command is refused, with nothing heavy loaded or left behind."""
-    before = sorted(tmp_path.rglob("*"))
-    code, error, loaded = run(*arguments)
-    assert (code, error.count("\n"), loaded) == (1, 1, [])
-    assert sorted(tmp_path.rglob("*")) == before
-    return error
 
 
 SERVED = [("dry-run", "sofa", "--serve"), ("launch", "--clip", "embedded")]

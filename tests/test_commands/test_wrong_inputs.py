@@ -13,57 +13,43 @@ from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
 
 SETTINGS = {
-    "torn": 'clip = "',
-    "yaml": "height: 0.7",
-    "twice": "half = true\nhalf = false",
-    "deep": "clip = " + 900 * "[" + 900 * "]",
-    "unknown": "speed = 3",
-    "misspelt": "[mount]\nhieght = 1",
-    "words": '[mount]\nheight = "high"',
-    "low": "[mount]\nheight = -1",
-    "tall": "[mount]\nheight = 1.5",
-    "steep": "[mount]\ntilt = 1.5",
-    "endless": "[mount]\ntilt = inf",
-    "half": "[objectnav]\nmax_steps = 1.5",
-    "none": "[objectnav]\nmax_steps = 0",
-    "many": "[objectnav]\nmax_steps = 1000001",
-    "perhaps": 'half = "perhaps"',
-    "number": "serial_port = 3",
-    "no-table": "mount = 3",
-    "no-list": "[perception.clip_mapper]\nscales = 1",
-    "empty-list": "[perception.clip_mapper]\nscales = []",
-    "fine": "[perception.depth_mapper]\nresolution = 1e-9",
-    "method": '[objectnav]\nmethod = "magic"',
-    "sure": "[objectnav.search]\narrival_probability_early = 1.0",
-    "reach": "[[objectnav.waypoint_reaches]]\ndistance = 1",
+    "torn": ('clip = "', "is not TOML", "mend it"),
+    "yaml": ("height: 0.7", "is not TOML", "line 1"),
+    "twice": ("half = true\nhalf = false", "is not TOML", "mend it"),
+    "deep": ("clip = " + 900 * "[" + 900 * "]", "nested too deep"),
+    "unknown": ("speed = 3", "no setting speed; use", "serial_port"),
+    "misspelt": ("[mount]\nhieght = 1", "no setting mount.hieght; use height"),
+    "words": ('[mount]\nheight = "high"', "mount.height = 'high'", "must be a number", "[m]"),
+    "low": ("[mount]\nheight = -1", "mount.height = -1", "at least 0.1, in metres"),
+    "tall": (
+        "[mount]\nheight = 1.5",
+        "the camera's top at 1.55 m",
+        "set perception.depth_mapper.scan.max_height to 1.55",
+    ),
+    "steep": ("[mount]\ntilt = 1.5", "mount.tilt = 1.5", "less than 1.4"),
+    "endless": ("[mount]\ntilt = inf", "mount.tilt = inf", "finite"),
+    "half": ("[objectnav]\nmax_steps = 1.5", "objectnav.max_steps = 1.5", "whole number"),
+    "none": ("[objectnav]\nmax_steps = 0", "objectnav.max_steps = 0", "at least 1"),
+    "many": (
+        "[objectnav]\nmax_steps = 1000001",
+        "objectnav.max_steps = 1000001",
+        "at most 1000000",
+    ),
+    "perhaps": ('half = "perhaps"', "half = 'perhaps'", "true or false"),
+    "number": ("serial_port = 3", "serial_port = 3", "must be text"),
+    "no-table": ("mount = 3", "mount = 3", "must be a table"),
+    "no-list": ("[perception.clip_mapper]\nscales = 1", "scales = 1", "must be a list"),
+    "empty-list": ("[perception.clip_mapper]\nscales = []", "scales = []", "at least 1"),
+    "fine": ("[perception.depth_mapper]\nresolution = 1e-9", "resolution"),
+    "method": (
+        '[objectnav]\nmethod = "magic"',
+        "objectnav.method = 'magic'",
+        "'belief' or 'paper'",
+    ),
+    "sure": ("[objectnav.search]\narrival_probability_early = 1.0", "sure = 1.0", "less than 1"),
+    "reach": ("[[objectnav.waypoint_reaches]]\ndistance = 1", "extent", "must be given"),
 }
-"""Settings files by their names."""
-CONFIG = """
-    torn | is not TOML | mend it
-    yaml | is not TOML | line 1
-    twice | is not TOML | mend it
-    deep | nested too deep
-    unknown | no setting speed; use | serial_port
-    misspelt | no setting mount.hieght; use height
-    words | mount.height = 'high' | must be a number | [m]
-    low | mount.height = -1 | at least 0.1, in metres
-    tall | the camera's top at 1.55 m | set perception.depth_mapper.scan.max_height to 1.55
-    steep | mount.tilt = 1.5 | less than 1.4
-    endless | mount.tilt = inf | finite
-    half | objectnav.max_steps = 1.5 | whole number
-    none | objectnav.max_steps = 0 | at least 1
-    many | objectnav.max_steps = 1000001 | at most 1000000
-    perhaps | half = 'perhaps' | true or false
-    number | serial_port = 3 | must be text
-    no-table | mount = 3 | must be a table
-    no-list | scales = 1 | must be a list
-    empty-list | scales = [] | at least 1
-    fine | resolution
-    method | objectnav.method = 'magic' | 'belief' or 'paper'
-    sure | sure = 1.0 | less than 1
-    reach | extent | must be given
-"""
-"""Each settings file, and words of the line that refuses it."""
+"""Settings files by their names, and words of the line that refuses each."""
 TABLE = """
     fly | 'fly' | --help
     dry-rn | 'dry-rn' | 'dry-run'
@@ -295,12 +281,11 @@ TABLE = """
 def rows():
     """Each command with its words."""
     table = []
-    lines = TABLE.strip().splitlines()
-    lines += [f"dry-run sofa --config {line.strip()}" for line in CONFIG.strip().splitlines()]
-    for line in lines:
+    for line in TABLE.strip().splitlines():
         command, *words = (part.strip() for part in line.split(" | "))
-        if "--config" in command and not command.endswith((".toml", "notes")):
-            command += ".toml"
+        table.append(pytest.param(command, words, id=command))
+    for name, (_, *words) in SETTINGS.items():
+        command = f"dry-run sofa --config {name}.toml"
         table.append(pytest.param(command, words, id=command))
     return table
 
@@ -309,7 +294,7 @@ def rows():
 def place(tmp_path_factory):
     """A folder with what the commands name."""
     folder = tmp_path_factory.mktemp("place")
-    for name, content in SETTINGS.items():
+    for name, (content, *_) in SETTINGS.items():
         (folder / f"{name}.toml").write_text(content)
     (folder / "port.toml").write_text('serial_port = "nowhere"')
     (folder / "file.toml").write_text('serial_port = "file"')
