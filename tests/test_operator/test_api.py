@@ -42,25 +42,23 @@ def test_goals_are_asked_for_and_told_in_the_state(http, session):
 
 
 @pytest.mark.parametrize(
-    "content",
+    ("path", "content"),
     [
-        {},
-        {"texts": []},
-        {"texts": [" "]},
-        {"texts": ["a" * 201]},
-        {"texts": ["sofa"] * 21},
-        {"texts": ["so\x07fa"]},
-        {"texts": ["sofa"], "speed": 3},
+        ("/goals", {}),
+        ("/goals", {"texts": []}),
+        ("/goals", {"texts": [" "]}),
+        ("/goals", {"texts": ["a" * 201]}),
+        ("/goals", {"texts": ["sofa"] * 21}),
+        ("/goals", {"texts": ["so\x07fa"]}),
+        ("/goals", {"texts": ["sofa"], "speed": 3}),
+        ("/place", {}),
+        ("/place", {"x": 1}),
+        ("/place", {"x": 1, "y": 1e9}),
+        ("/place", {"x": "NaN", "y": 0}),
     ],
 )
-def test_what_is_no_goal_is_refused_with_the_reason(http, session, content):
-    assert refusal(http.post("/goals", json=content), 422)
-    assert session.queue.tasks() == []
-
-
-@pytest.mark.parametrize("content", [{}, {"x": 1}, {"x": 1, "y": 1e9}, {"x": "NaN", "y": 0}])
-def test_what_is_no_place_is_refused(http, session, content):
-    assert refusal(http.post("/place", json=content), 422)
+def test_what_is_no_goal_and_no_place_is_refused_with_the_reason(http, session, path, content):
+    assert refusal(http.post(path, json=content), 422)
     assert session.queue.tasks() == []
 
 
