@@ -23,10 +23,12 @@ from httpx import create_ssl_context
 from httpx._transports import default as httpx_transports
 from hypothesis import settings
 
+from mapping import map_bundle
 from mapping.clip.reading import Reading
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import on_wall_clock
-from tests.helpers.browsing import KEPT_BROWSER, PATIENCE
+from tests.helpers.browsing import KEPT_BROWSER, PATIENCE, MapPicture
+from tests.helpers.bundles import bundle_of
 from tests.helpers.roomba_host import Host
 from tests.helpers.roomba_rig import Rig, TimedFloor
 from tests.helpers.sampling import mark_the_rest_long
@@ -298,6 +300,15 @@ def client(session):
 
 
 @pytest.fixture
+def maps(tmp_path, monkeypatch):
+    """The folder of the saved maps, in which there is one, home."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    folder = tmp_path / "vizbot" / "maps"
+    map_bundle.save(bundle_of(1), folder / "home")
+    return folder
+
+
+@pytest.fixture
 def robot():
     robot = WatchedRobot()
     yield robot
@@ -317,3 +328,8 @@ def page(open_page, server):
     page.locator("#link.live").wait_for()
     yield page
     assert page.complaints == []
+
+
+@pytest.fixture
+def picture(page, server):
+    return MapPicture(page, server)

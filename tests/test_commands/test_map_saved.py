@@ -13,14 +13,6 @@ from vizbot.commands.options import RunOptions
 from vizbot.commands.run_plan import plan_run
 
 
-@pytest.fixture
-def maps(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    folder = tmp_path / "vizbot" / "maps"
-    map_bundle.save(bundle_of(), folder / "home")
-    return folder
-
-
 class Terminal(StringIO):
     def isatty(self):
         return True

@@ -22,14 +22,6 @@ TRICKS = ["..", "%2e%2e", "../home", ".hidden", "a/b", "a\\b", "\x00", "a" * 61,
 
 
 @pytest.fixture
-def maps(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    folder = tmp_path / "vizbot" / "maps"
-    map_bundle.save(bundle_of(1), folder / "home")
-    return folder
-
-
-@pytest.fixture
 def http(robot, maps):
     with served(robot.session) as server, DocumentedClient(server.url, timeout=15.0) as http:
         yield http
