@@ -11,21 +11,12 @@ from tests.fuzz.spoilt_sequences import write_sequence
 from tests.helpers.bundles import bundle_of
 from tests.helpers.checkout import ROOT
 from tests.helpers.failing import raising
+from tests.helpers.one_line import assert_one_line
 from vizbot import __version__
 from vizbot.cli import app as cli
 from vizbot.core.errors import DeviceError
 from vizbot.core.program.interrupts import is_interrupt
 from vizbot.doctor import Finding, Grade
-
-
-def assert_one_line(result, *words):
-    code, out, err = result
-    assert code == 1
-    assert out == ""
-    assert len(err.strip().splitlines()) == 1, err
-    assert "Traceback" not in err
-    for word in words:
-        assert word in err
 
 
 def test_help_imports_nothing_heavy():

@@ -16,6 +16,7 @@ from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import SoftwareD435i
 from tests.helpers.checkout import ROOT
 from tests.helpers.failing import raising
+from tests.helpers.one_line import assert_one_line
 from tests.helpers.random_clip import save_tiny_clip
 from vizbot.commands.config.discovery import with_rehearsal
 from vizbot.commands.config.encoder_choice import CHOICES
@@ -146,9 +147,7 @@ def test_a_first_file_that_cannot_be_written_is_one_line(run, plug_in, tmp_path,
     (tmp_path / "robot.toml").write_text("half = true\n")
     (tmp_path / "lost").symlink_to("nothing")
     (tmp_path / "folder").mkdir()
-    code, out, err = run("init", *arguments)
-    assert (code, out, err.count("\n")) == (1, "", 1)
-    assert all(word in err for word in words), err
+    assert_one_line(run("init", *arguments), *words)
     assert (tmp_path / "robot.toml").read_text() == "half = true\n"
 
 
