@@ -95,14 +95,6 @@ def test_a_map_is_built_over_another_one_with_force(run, tmp_path, monkeypatch, 
     assert len(load(tmp_path / "home").trajectory.stamps) == 4
 
 
-def test_launch_without_devices_says_what_is_missing_and_leaves_nothing(run, tmp_path):
-    config = tmp_path / "robot.toml"
-    config.write_text('serial_port = "/dev/ttyNOTHING"\n')
-    result = run("launch", "--clip", "embedded", "--config", "robot.toml", "--port", "0")
-    assert_one_line(result, "RealSense", "/dev/ttyNOTHING")
-    assert [path.name for path in tmp_path.iterdir()] == ["robot.toml"]
-
-
 def test_what_the_doctor_finds_bad_keeps_launch_from_opening_devices_unless_forced(
     run, monkeypatch, tmp_path
 ):

@@ -142,6 +142,7 @@ TABLE = """
     dry-run sofa --serve --port 0 --speech notes | notes holds no model.bin | faster-whisper
     launch --port PORT --clip embedded | :PORT: Address already in use | --port
     launch --port 0 --tls-key a.pem --clip embedded | --tls-key a.pem | give both
+    launch --port 0 --clip embedded --config port.toml | RealSense | serial port nowhere
     launch --config nowhere.toml | nowhere.toml | give a TOML file
     launch --map nowhere | no map at nowhere | map list | map build
     launch --map nowhere --out run | no map at nowhere
