@@ -46,7 +46,7 @@ SETTINGS = {
         "objectnav.method = 'magic'",
         "'belief' or 'paper'",
     ),
-    "sure": ("[objectnav.search]\narrival_probability_early = 1.0", "sure = 1.0", "less than 1"),
+    "sure": ("[objectnav.search]\narrival_probability_early = 1.0", "early = 1.0", "less than 1"),
     "reach": ("[[objectnav.waypoint_reaches]]\ndistance = 1", "extent", "must be given"),
 }
 """Settings files by their names, and words of the line that refuses each."""
@@ -142,7 +142,7 @@ TABLE = """
     dry-run sofa --serve --port 0 --speech notes | notes holds no model.bin | faster-whisper
     launch --port PORT --clip embedded | :PORT: Address already in use | --port
     launch --port 0 --tls-key a.pem --clip embedded | --tls-key a.pem | give both
-    launch --port 0 --clip embedded --config port.toml | RealSense | serial port nowhere
+    launch --port 0 --clip embedded --config port.toml | RealSense | nowhere
     launch --config nowhere.toml | nowhere.toml | give a TOML file
     launch --map nowhere | no map at nowhere | map list | map build
     launch --map nowhere --out run | no map at nowhere
