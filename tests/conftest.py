@@ -10,6 +10,7 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import resource
 import signal
+import sys
 import time
 from dataclasses import dataclass
 from functools import cache
@@ -22,21 +23,24 @@ from httpx import create_ssl_context
 from httpx._transports import default as httpx_transports
 from hypothesis import settings
 
+from mapping import map_bundle
 from mapping.clip.reading import Reading
-from tests.helpers.browsing import KEPT_BROWSER, PATIENCE
+from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.wall_clock import on_wall_clock
+from tests.helpers.browsing import KEPT_BROWSER, PATIENCE, MapPicture
+from tests.helpers.bundles import bundle_of
 from tests.helpers.roomba_host import Host
-from tests.helpers.roomba_rig import Rig
+from tests.helpers.roomba_rig import Rig, TimedFloor
 from tests.helpers.sampling import mark_the_rest_long
-from tests.helpers.scripted_robot import CAMERA, Wall
+from tests.helpers.scripted_robot import wall_pipeline
+from tests.helpers.served import served
 from tests.helpers.watched_robot import WatchedRobot
+from vizbot.cli import app as cli
 from vizbot.config import Config
-from vizbot.core.devices import Devices
-from vizbot.core.geometry import camera_mount
-from vizbot.core.simulated_clock import SimulatedClock
-from vizbot.core.types import ImuSamples
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
-from vizbot.pipeline import Pipeline
+from vizbot.operator.client.robot_client import RobotClient
+from vizbot.operator.session.session import OperatorSession
 
 settings.register_profile("vizbot", deadline=None)  # examples' times are the machine's, not ours
 settings.load_profile("vizbot")
@@ -105,6 +109,19 @@ def no_settings(tmp_path_factory):
 
 
 @pytest.fixture
+def command_line(monkeypatch, capfd):
+    """Run a command line; return exit code, standard output, error output."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["vizbot", *map(str, arguments)])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code or 0, *capfd.readouterr()
+
+    return run
+
+
+@pytest.fixture
 def mean_colours():
     return MeanColours()
 
@@ -132,6 +149,18 @@ def host(connect):
 def safe(host):
     host.send(128, 131)
     return host
+
+
+@pytest.fixture
+def floor():
+    return TimedFloor()
+
+
+@pytest.fixture
+def stub(floor):
+    """A simulated base on the wall clock."""
+    with on_wall_clock(SimulatedRoomba(floor)) as stub:
+        yield stub
 
 
 @pytest.fixture
@@ -164,17 +193,13 @@ def pipeline_on(mean_colours):
         observers=(),
         method="belief",
     ):
-        clock = SimulatedClock()
-        rgb = np.full((240, 320, 3), colour, np.uint8)
         config = Config.model_validate(
             {
                 "objectnav": {"look_around": look_around, "method": method},
                 "roomba": {"resume_safe": resume_safe},
             }
         )
-        wall = Wall(clock, rgb, CAMERA, imu or ImuSamples.none())
-        devices = Devices(clock, wall, base, camera_mount(0.6, 0.05, 0.15), False)
-        return Pipeline(devices, mean_colours, config, observers)
+        return wall_pipeline(base, mean_colours, config, colour, imu, observers)
 
     return build
 
@@ -264,6 +289,26 @@ def whisper():
 
 
 @pytest.fixture
+def session():
+    return OperatorSession()
+
+
+@pytest.fixture
+def client(session):
+    with served(session) as server, RobotClient(server.url, None) as client:
+        yield client
+
+
+@pytest.fixture
+def maps(tmp_path, monkeypatch):
+    """The folder of the saved maps, in which there is one, home."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    folder = tmp_path / "vizbot" / "maps"
+    map_bundle.save(bundle_of(1), folder / "home")
+    return folder
+
+
+@pytest.fixture
 def robot():
     robot = WatchedRobot()
     yield robot
@@ -283,3 +328,8 @@ def page(open_page, server):
     page.locator("#link.live").wait_for()
     yield page
     assert page.complaints == []
+
+
+@pytest.fixture
+def picture(page, server):
+    return MapPicture(page, server)

@@ -62,7 +62,7 @@ def harmful_databases() -> Iterator[Spoilt]:
     yield Spoilt(
         "an image of 30000 x 30000",
         Allowed.ANY,
-        lambda path: _change(path, _bomb(_png(30_000, 30_000))),
+        lambda path: _change(path, _bomb(black_png(30_000, 30_000, 16, 1, 9))),
     )
 
 
@@ -183,16 +183,16 @@ _MESSAGES: dict[str, Callable] = {
 }  # fmt: skip
 
 
-def _png(width: int, height: int) -> bytes:
-    """A black image of 16 bits whose pixels take far more room than the file."""
+def black_png(width: int, height: int, bits: int, channels: int, level: int) -> bytes:
+    """A black image, grey or of three channels, whose pixels take far more room than the file."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         checksum = struct.pack(">I", zlib.crc32(kind + data))
         return struct.pack(">I", len(data)) + kind + data + checksum
 
-    packed, row = zlib.compressobj(9), bytes(1 + 2 * width)
+    packed, row = zlib.compressobj(level), bytes(1 + channels * bits // 8 * width)
     pixels = b"".join(packed.compress(row) for _ in range(height)) + packed.flush()
-    header = struct.pack(">IIBBBBB", width, height, 16, 0, 0, 0, 0)
+    header = struct.pack(">IIBBBBB", width, height, bits, channels - 1, 0, 0, 0)
     body = chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
     return b"\x89PNG\r\n\x1a\n" + body
 

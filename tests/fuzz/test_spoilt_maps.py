@@ -1,10 +1,8 @@
 """Spoilt maps are refused in one line or are valid maps; none ends or stops the program."""
 
-from collections import Counter
-
 import pytest
 
-from tests.fuzz.trial import require_harmless, tried
+from tests.fuzz.trial import count_harmless
 
 TRIAL = "tests.fuzz.map_trial"
 FLIPS, LONG_FLIPS, LONG_SEEDS = 20, 1000, range(1, 5)
@@ -12,13 +10,11 @@ FLIPS, LONG_FLIPS, LONG_SEEDS = 20, 1000, range(1, 5)
 
 
 def test_spoilt_maps_are_refused_in_one_line_or_are_valid(tmp_path):
-    rows = tried(TRIAL, tmp_path, 0, FLIPS, timeout=200)
-    require_harmless(rows)
-    became = Counter(row["became"].split(":")[0] for row in rows)
-    assert became["refused"] > 450 and became["loaded"] > 10  # both happen, so both are tried
+    became = count_harmless(TRIAL, tmp_path, 0, FLIPS, timeout=200)
+    assert became["refused"] > 450 and became["loaded"] > 10
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", LONG_SEEDS)
 def test_many_more_spoilt_maps_likewise(tmp_path, seed):
-    require_harmless(tried(TRIAL, tmp_path, seed, LONG_FLIPS, timeout=1800))
+    count_harmless(TRIAL, tmp_path, seed, LONG_FLIPS, timeout=1800)

@@ -11,12 +11,14 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
 from tests.helpers.memory import peak_kib
+from vizbot.core.errors import VizbotError
 
 SECONDS = 10
 """What reading and use of a small file may take at most."""
@@ -38,8 +40,19 @@ class Spoilt:
     spoil: Callable[[Path], object]
 
 
-def try_one(spoilt, become):
-    """Report what becomes of a spoilt file: "refused: LINE", "loaded", or what is wrong."""
+def became(use, refusal):
+    """What becomes of a file by its use: "refused: LINE", "loaded", or what is wrong."""
+    try:
+        use()
+    except refusal as error:
+        return f"refused: {error}"
+    except Exception as error:
+        return f"wrong: {type(error).__name__}: {error}"
+    return "loaded"
+
+
+def try_one(spoilt, use, refusal=VizbotError):
+    """Report what becomes of a spoilt file by its use, which may be refused by such an error."""
 
     def too_slow(*_):
         raise TimeoutError(f"longer than {SECONDS} s")
@@ -49,14 +62,14 @@ def try_one(spoilt, become):
     began = time.monotonic()
     signal.alarm(SECONDS)
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        became = become()
+        outcome = became(use, refusal)
     signal.alarm(0)
     children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     _report(
         {
             "name": spoilt.name,
             "allowed": spoilt.allowed.value,
-            "became": became,
+            "became": outcome,
             "seconds": time.monotonic() - began,
             "peak_mib": max(peak_kib(), children) // 1024,
         }
@@ -68,20 +81,20 @@ def _report(record):
     sys.stdout.flush()
 
 
-def tried(module, *arguments, timeout):
-    """What became of every file that a module of trials spoils."""
+def count_harmless(module, *arguments, timeout):
+    """How many of the files that a module of trials spoils were loaded and refused, in one line."""
     command = [sys.executable, "-m", module, *map(str, arguments)]
     trial = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
     lines = [json.loads(line) for line in trial.stdout.splitlines()]
     assert trial.returncode == 0, f"{lines[-1:]} ended the program: {trial.stderr[-2000:]}"
     assert trial.stderr == ""
-    return [line for line in lines if "became" in line]
-
-
-def require_harmless(rows):
+    rows = [line for line in lines if "became" in line]
     for row in rows:
-        became = row["became"]
-        assert became == "loaded" or became.startswith("refused: "), row
-        assert became != "loaded" or row["allowed"] != "refused", row
-        assert "\n" not in became and len(became) < 1000, row
+        outcome = row["became"]
+        assert outcome == "loaded" or outcome.startswith("refused: "), row
+        assert outcome != "loaded" or row["allowed"] != "refused", row
+        assert "\n" not in outcome and len(outcome) < 1000, row
         assert row["seconds"] < SECONDS and row["peak_mib"] < _MOST_MIB, row
+    counts = Counter(row["became"].split(":")[0] for row in rows)
+    assert counts["refused"] and counts["loaded"]  # both happen, so both are tried
+    return counts

@@ -11,21 +11,8 @@ from numpy.typing import NDArray
 
 from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
-from vizbot.core.geometry import (
-    camera_mount,
-    invert,
-    planar,
-    rotation_angle,
-    transform,
-    yaw_of,
-)
-from vizbot.core.types import (
-    SE3,
-    ImuSamples,
-    Intrinsics,
-    PoseEstimate,
-    RGBDFrame,
-)
+from vizbot.core.geometry import camera_mount, invert, planar, rotation_angle, transform, yaw_of
+from vizbot.core.types import SE3, ImuSamples, Intrinsics, PoseEstimate, RGBDFrame
 
 CAMERA = Intrinsics(320, 240, 307.0, 307.0, 159.5, 119.5)
 T_BASE_CAM = camera_mount(height=0.6, forward=0.1, tilt=0.1)

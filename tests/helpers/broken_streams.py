@@ -11,42 +11,16 @@ def _closed_pipe():
     return writing
 
 
-def _sleeping_reader():
-    """A pipe that is full and is never read; its other end stays open for as long."""
-    reading, writing = os.pipe()
+def _filled(asleep, writing):
+    """An end that takes nothing more, for nobody reads the other; that stays open for as long."""
     os.set_blocking(writing, False)
-    for size in (4096, 1):
+    for size in (4096, 64, 1):
         with suppress(BlockingIOError):
             while True:
                 os.write(writing, b"x" * size)
     os.set_blocking(writing, True)
-    _ASLEEP.append(reading)
+    _ASLEEP.append(asleep)
     return writing
-
-
-def _sleeping_terminal():
-    """A terminal that nobody reads and that is full."""
-    screen, terminal = os.openpty()
-    os.set_blocking(terminal, False)
-    with suppress(BlockingIOError):
-        while True:
-            os.write(terminal, b"x" * 64)
-    os.set_blocking(terminal, True)
-    _ASLEEP.append(screen)
-    return terminal
-
-
-def _sleeping_journal():
-    """A socket whose other end is not read."""
-    ours, theirs = socket.socketpair()
-    ours.setblocking(False)
-    for size in (4096, 1):
-        with suppress(BlockingIOError):
-            while True:
-                ours.send(b"x" * size)
-    ours.setblocking(True)
-    _ASLEEP.append(theirs.detach())
-    return ours.detach()
 
 
 _ASLEEP = []
@@ -58,9 +32,9 @@ BROKEN = {
 }
 """What the output goes to; `nothing` is a closed descriptor."""
 ASLEEP = {
-    "a full pipe": _sleeping_reader,
-    "a paused terminal": _sleeping_terminal,
-    "a stalled journal": _sleeping_journal,
+    "a full pipe": lambda: _filled(*os.pipe()),
+    "a paused terminal": lambda: _filled(*os.openpty()),
+    "a stalled journal": lambda: _filled(*(end.detach() for end in socket.socketpair())),
 }
 """What takes nothing more, and says so only to who asks."""
 

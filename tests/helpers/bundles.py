@@ -11,6 +11,7 @@ from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.place_rows import PlaceRows
 from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.map_bundle import MapBundle, save
+from tests.helpers.failing import raising
 from vizbot.core.types import Intrinsics, OccupancyGrid, PoseEstimate, Tracking
 from vizbot.perception.run_record import RunRecord
 
@@ -168,10 +169,7 @@ def make_foreign_map(path):
 
 
 def a_full_disk(monkeypatch):
-    def full(*_):
-        raise OSError(28, os.strerror(28))
-
-    monkeypatch.setattr(map_bundle, "_write_through", full)
+    monkeypatch.setattr(map_bundle, "_write_through", raising(OSError(28, os.strerror(28))))
 
 
 def too_large_a_map(monkeypatch):
@@ -179,17 +177,11 @@ def too_large_a_map(monkeypatch):
 
 
 def a_map_with_a_fault_of_ours(monkeypatch):
-    def fail(*_):
-        raise IndexError("index 7 is out of bounds")
-
-    monkeypatch.setattr(map_bundle, "_packed", fail)
+    monkeypatch.setattr(map_bundle, "_packed", raising(IndexError("index 7 is out of bounds")))
 
 
 def too_little_memory(monkeypatch):
-    def fail(*_):
-        raise MemoryError
-
-    monkeypatch.setattr(map_bundle, "_packed", fail)
+    monkeypatch.setattr(map_bundle, "_packed", raising(MemoryError()))
 
 
 NO_MAP = {

@@ -4,7 +4,6 @@ That is `vizbot launch --force ARGUMENTS` with this camera plugged in, for a rob
 """
 
 import sys
-import threading
 from contextlib import contextmanager
 
 import cv2
@@ -13,9 +12,12 @@ import numpy as np
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import COLOR, SoftwareD435i
 from sim_stubs.world.free_floor import FreeFloor
+from tests.helpers.beside import beside
 from vizbot.cli.standard_error import lose_what_cannot_be_written
 from vizbot.core.geometry import yaw_of
 
+LAUNCH = ("-m", "tests.helpers.filmed_room", "--port", "0", "--out", "run")
+"""What Python is given to launch such a robot, but for its settings."""
 RATE = 15
 """Frames a second."""
 
@@ -28,9 +30,8 @@ def filmed(camera, floor):
     snippets = rng.integers(0, 255, (COLOR.height // 20, around // 20, 3), np.uint8)
     wall = cv2.resize(snippets, (around, COLOR.height), interpolation=cv2.INTER_NEAREST)
     depth = np.full((COLOR.height, COLOR.width), 2000, np.uint16)
-    over = threading.Event()
 
-    def film():
+    def film(over):
         number = 0
         while not over.wait(1 / RATE):
             left = round(-yaw_of(floor.T_world_base) * COLOR.fx)
@@ -38,13 +39,8 @@ def filmed(camera, floor):
             camera.push_frame(np.ascontiguousarray(seen), depth, 1.7e9 + number / RATE)
             number += 1
 
-    filming = threading.Thread(target=film)
-    filming.start()
-    try:
+    with beside(film):
         yield
-    finally:
-        over.set()
-        filming.join()
 
 
 def settings(base_path):

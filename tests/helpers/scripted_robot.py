@@ -4,10 +4,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vizbot.core.devices import Devices
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.errors import DeviceTimeoutError
+from vizbot.core.geometry import camera_mount
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import BaseMode, BaseState, ImuSamples, Intrinsics, RGBDFrame, Twist
+from vizbot.pipeline import Pipeline
 
 CAMERA = Intrinsics(320, 240, 308.0, 308.0, 159.5, 119.5)
 PERIOD = 0.21
@@ -62,6 +65,14 @@ class ScriptedBase:
             0.0, self.T_odom_base, False, False, (False,) * 4, (False, False), 1.0, self.mode
         )
         return replace(state, **self.feels.get(len(self.driven), {}))
+
+
+def wall_pipeline(base, encoder, config, colour, imu=None, observers=()):
+    """A pipeline of a robot before a wall of a colour."""
+    clock, rgb = SimulatedClock(), np.full((240, 320, 3), colour, np.uint8)
+    wall = Wall(clock, rgb, CAMERA, imu or ImuSamples.none())
+    devices = Devices(clock, wall, base, camera_mount(0.6, 0.05, 0.15), False)
+    return Pipeline(devices, encoder, config, observers)
 
 
 def ticks(pipeline, count, text="yellow chair"):

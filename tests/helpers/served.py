@@ -13,11 +13,11 @@ import numpy as np
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
-from tests.helpers.roomba_rig import wait_for
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import (
+    STOP,
     ImuSamples,
     Intrinsics,
     OccupancyGrid,
@@ -49,6 +49,11 @@ def step(index, x=0.0, map_number=0):
         boxes=np.array([[8, 4, 16, 12]], np.int32), keyframe_poses={0: np.eye(4)}, closures=[],
         frontiers=np.zeros((0, 2)), ended=None, command=None,
     )  # fmt: skip
+
+
+def resting(index, x=0.0):
+    """A step of a robot that is under way at x [m], though its wheels rest."""
+    return replace(step(index, x), command=STOP)
 
 
 def scored(step, points, scores, size=0.1, **changes):
@@ -97,6 +102,12 @@ def served(session=None, **service):
     """A server on a free port of this machine."""
     with Server(session or OperatorSession(), Service(port=0, **service)) as server:
         yield server
+
+
+def refusal(answer, status=409):
+    """Why a request was refused, which was with this status."""
+    assert answer.status_code == status
+    return answer.json()["detail"]
 
 
 def websocket_url(server, path):
@@ -171,8 +182,3 @@ async def drive_for(socket, seconds, linear, first=0):
             await socket.send(json.dumps(motion))
             sequence += 1
     return sequence
-
-
-__all__ = [
-    "Proxy", "arrived", "drive_for", "jobs_done", "served", "step", "wait_for", "websocket_url",
-]  # fmt: skip

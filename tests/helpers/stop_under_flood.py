@@ -26,6 +26,7 @@ from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.wall_clock import run_on_wall_clock
+from tests.helpers.beside import beside
 from tests.helpers.roomba_rig import DEADLINE, Floor
 from tests.helpers.served import served, step
 from vizbot.commands import remote
@@ -67,31 +68,27 @@ def run_base(connection):
 
 def run_robot(connection, path):
     """A robot whose program always drives ahead, and goes on after a stop where it is told to."""
-    session, ended = OperatorSession(), threading.Event()
+    session = OperatorSession()
     session.on_step(step(0))
     config = RoombaConfig()
     with Roomba(ProcessLink(SerialAddress(path).open, config), WallClock(), config) as base:
         shared = TwistMux(base, session.lease, session.stopped)
 
-        def drive():
+        def drive(ended):
             while not ended.wait(0.02):  # as the robot's loop does
                 shared.drive(AHEAD)
                 shared.hold()
 
-        loop = threading.Thread(target=drive)
-        loop.start()
-        with served(session) as server:
+        with beside(drive), served(session) as server:
             connection.send(server.url)
             while connection.recv():
                 session.go_on()
                 session.begin_step()
-        ended.set()
-        loop.join()
         connection.send(session.stops)
 
 
 @contextmanager
-def beside(program, *arguments):
+def in_process(program, *arguments):
     """A program in another process; the connection to it."""
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
@@ -166,8 +163,8 @@ def main(kind, tries, *flags):
         make_own_network()
     times, typed, unanswered = [], [], []
     with ExitStack() as opened:
-        base = opened.enter_context(beside(run_base))
-        robot = opened.enter_context(beside(run_robot, heard(base)))
+        base = opened.enter_context(in_process(run_base))
+        robot = opened.enter_context(in_process(run_robot, heard(base)))
         url = heard(robot)
         with RobotClient(url, None) as client:
             client.state()  # what the first request imports is loaded

@@ -9,10 +9,10 @@ import numpy as np
 from mapping.clip.scores import Query
 from tests.helpers.bundles import Snapshot, bundle_of
 from tests.helpers.roomba_rig import DEADLINE
+from tests.helpers.served import step as standing
 from vizbot.config import Config
 from vizbot.core.geometry import planar
-from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome, Step
-from vizbot.core.place_scores import Measure
+from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome
 from vizbot.core.types import (
     STOP,
     BaseMode,
@@ -20,7 +20,6 @@ from vizbot.core.types import (
     ImuSamples,
     Intrinsics,
     OccupancyGrid,
-    PoseEstimate,
     RGBDFrame,
     Tracking,
 )
@@ -85,32 +84,19 @@ def first_step():
     rgb = np.full((48, 64, 3), (200, 60, 30), np.uint8)
     occupancy = np.full((80, 100), 0.5, np.float32)
     occupancy[20:60, 20:80] = 0.1
-    frame = RGBDFrame(0.0, rgb, np.full((48, 64), 1.5, np.float32), camera, ImuSamples.none())
-    return Step(
-        index=0,
-        frame=frame,
-        frame_number=0,
-        map_number=0,
-        estimate=PoseEstimate(0.0, np.eye(4), 0, np.eye(4), True, Tracking.TRACKING),
+    plain = standing(0)
+    return replace(
+        plain,
+        frame=RGBDFrame(0.0, rgb, np.full((48, 64), 1.5, np.float32), camera, ImuSamples.none()),
+        estimate=replace(plain.estimate, is_keyframe=True),
         T_map_base=planar(2.0, 2.0, 0.5),
         grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
         goal="",
         activity="mapping",
-        why="",
-        path=None,
-        target=None,
-        distance_to_go=None,
         scores=None,
-        measure=Measure.PROBABILITY,
-        threshold=0.3,
         points=np.zeros((0, 3)),
         frames=np.zeros(0, np.int32),
         boxes=np.zeros((0, 4), np.int32),
-        keyframe_poses={0: np.eye(4)},
-        closures=[],
-        frontiers=np.zeros((0, 2)),
-        ended=None,
-        command=None,
     )
 
 

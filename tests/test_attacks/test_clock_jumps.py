@@ -12,12 +12,10 @@ import numpy as np
 import pytest
 
 from mapping import map_bundle
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.body import Contacts
 from tests.helpers import filmed_room
 from tests.helpers.bundles import assert_same, bundle_of
-from tests.helpers.roomba_rig import ASKED_EVERY, DEADLINE, TimedFloor, rested, wait_for
+from tests.helpers.roomba_rig import ASKED_EVERY, DEADLINE, rested, wait_for
 from vizbot.operator.client.robot_client import RobotClient
 
 JUMPS = """
@@ -35,27 +33,20 @@ LIFTED = Contacts(wheel_drops=(True, True))
 
 
 @pytest.fixture
-def floor():
-    return TimedFloor()
-
-
-@pytest.fixture
-def launched(floor, tmp_path):
+def launched(stub, tmp_path):
     """A robot in a program of its own, with its reflexes in others, whose clocks all jump."""
     (tmp_path / "sitecustomize.py").write_text(JUMPS)
-    command = [*("-m", "tests.helpers.filmed_room", "--port", "0", "--out", "run")]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
-    with on_wall_clock(SimulatedRoomba(floor)) as stub:
-        (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path))
-        with subprocess.Popen(
-            [sys.executable, *command, "--config", "robot.toml"],
-            stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-            cwd=tmp_path, env=environment,
-        ) as program:  # fmt: skip
-            try:
-                yield program
-            finally:
-                program.kill()
+    (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path))
+    with subprocess.Popen(
+        [sys.executable, *filmed_room.LAUNCH, "--config", "robot.toml"],
+        stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=tmp_path, env=environment,
+    ) as program:  # fmt: skip
+        try:
+            yield program
+        finally:
+            program.kill()
 
 
 def assert_rests_after(act, floor):

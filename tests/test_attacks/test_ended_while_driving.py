@@ -5,23 +5,21 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from contextlib import contextmanager
 
 import pytest
 
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
 from tests.helpers import filmed_room
+from tests.helpers.beside import beside
 from tests.helpers.broken_streams import BROKEN, broken_stream
-from tests.helpers.roomba_rig import TimedFloor, rested, wait_for
+from tests.helpers.roomba_rig import rested, wait_for
 from vizbot.core.types import BaseMode
 
 UP = b"\x1b[A"
 ENDS = [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP]
 COMMANDS = {
-    "launch": ["-m", "tests.helpers.filmed_room", "--port", "0", "--out", "run"],
+    "launch": filmed_room.LAUNCH,
     "calibrate": [
         *("-m", "vizbot", "calibrate", "--camera", "sim", "--world", "office", "--yes"),
         *("--out", "calibrated.toml"),
@@ -48,9 +46,8 @@ not taken for a silent one, before its wheels turn."""
 def keyboard(typed):
     """A terminal at which somebody types the same all the time."""
     screen, terminal = os.openpty()
-    over = threading.Event()
 
-    def type_on():
+    def type_on(over):
         os.set_blocking(screen, False)
         while not over.wait(0.03):
             os.write(screen, typed)
@@ -59,26 +56,12 @@ def keyboard(typed):
             except BlockingIOError:
                 continue
 
-    typing = threading.Thread(target=type_on)
-    typing.start()
     try:
-        yield terminal
+        with beside(type_on):
+            yield terminal
     finally:
-        over.set()
-        typing.join()
         os.close(screen)
         os.close(terminal)
-
-
-@pytest.fixture
-def floor():
-    return TimedFloor()
-
-
-@pytest.fixture
-def stub(floor):
-    with on_wall_clock(SimulatedRoomba(floor)) as stub:
-        yield stub
 
 
 def assert_rests(command, end, stream, stub, floor, folder):

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from tests.fuzz.sounds import RECORDED, recorded_by
+from tests.helpers.beside import beside
 from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.roomba_rig import DEADLINE, wait_for
-from tests.helpers.served import served
+from tests.helpers.served import refusal, served
 from vizbot.operator.language.command import GoTo
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.voice import recordings, sound
@@ -66,11 +67,10 @@ def robot():
             yield http
 
 
-def refusal(robot, content):
-    answer = robot.post("/heard", content=content)
-    assert answer.status_code == 422
-    assert "\n" not in answer.json()["detail"]
-    return answer.json()["detail"]
+def refused(robot, content):
+    told = refusal(robot.post("/heard", content=content), 422)
+    assert "\n" not in told
+    return told
 
 
 def process_tree():
@@ -114,19 +114,14 @@ def sockets_of_tree(port):
 @contextmanager
 def most_sockets(port):
     """The most sockets at any time of a block, in a list of one."""
-    counts, over = [0], threading.Event()
+    counts = [0]
 
-    def watch():
+    def watch(over):
         while not over.is_set():
             counts[0] = max(counts[0], sockets_of_tree(port))
 
-    watcher = threading.Thread(target=watch)
-    watcher.start()
-    try:
+    with beside(watch):
         yield counts
-    finally:
-        over.set()
-        watcher.join()
 
 
 def test_the_sockets_of_a_program_below_this_one_are_counted():
@@ -153,7 +148,7 @@ def test_a_description_of_streams_opens_no_socket(robot):
     with most_sockets(port) as most:
         began = time.monotonic()
         for disguise in DISGUISES.values():
-            refusal(robot, disguise + SDP)
+            refused(robot, disguise + SDP)
         took = time.monotonic() - began
     assert most[0] == before
     assert took < DEADLINE
@@ -163,7 +158,7 @@ def test_a_description_of_streams_opens_no_socket(robot):
 @pytest.mark.parametrize("disguise", DISGUISES)
 @pytest.mark.parametrize("playlist", PLAYLISTS)
 def test_a_list_of_other_things_is_no_sound(robot, playlist, disguise):
-    assert refusal(robot, DISGUISES[disguise] + PLAYLISTS[playlist]).startswith("what was sent ")
+    assert refused(robot, DISGUISES[disguise] + PLAYLISTS[playlist]).startswith("what was sent ")
 
 
 @pytest.mark.parametrize("who", RECORDED)
@@ -175,9 +170,9 @@ def test_what_browsers_record_is_understood(robot, who):
 @pytest.mark.parametrize("who", RECORDED)
 def test_a_recording_that_is_cut_short_or_damaged_is_one_line(robot, who):
     whole = recorded_by(who)
-    assert "is cut short" in refusal(robot, whole[: len(whole) // 2])
+    assert "is cut short" in refused(robot, whole[: len(whole) // 2])
     noise = np.random.default_rng(0).bytes(len(whole) - 40)
-    assert refusal(robot, whole[:40] + noise).startswith("what was sent ")
+    assert refused(robot, whole[:40] + noise).startswith("what was sent ")
 
 
 def test_a_decoder_that_hangs_is_killed_and_the_next_one_is_heard(robot, monkeypatch, tmp_path):
@@ -187,7 +182,8 @@ def test_a_decoder_that_hangs_is_killed_and_the_next_one_is_heard(robot, monkeyp
         command = [sys.executable, "-c", hangs, str(started)]
         slow.setattr(sound, "interpreter_command", lambda *_: command)
         slow.setattr(sound, "_TIMEOUT", 1.0)
-        assert "could not be decoded within 1 s" in refusal(robot, recorded_by("a program"))
+        told = refused(robot, recorded_by("a program"))
+    assert "could not be decoded within 1 s; record it again" in told
     assert not Path("/proc", started.read_text()).exists()
     assert robot.post("/heard", content=recorded_by("a program")).status_code == 200
 
@@ -205,22 +201,17 @@ def answer_times(robot, count):
 @contextmanager
 def loop_lateness():
     """How late each turn of a loop begins that runs beside a block, as a robot's does [s]."""
-    late, over = [], threading.Event()
+    late = []
 
-    def drive():
+    def drive(over):
         due = time.monotonic()
         while not over.is_set():
             due = max(due + _PERIOD, time.monotonic())
             over.wait(due - time.monotonic())
             late.append(time.monotonic() - due)
 
-    loop = threading.Thread(target=drive)
-    loop.start()
-    try:
+    with beside(drive):
         yield late
-    finally:
-        over.set()
-        loop.join()
 
 
 def test_of_sixty_recordings_two_wait_and_state_and_motion_go_on(robot, monkeypatch):

@@ -12,9 +12,6 @@ from pathlib import Path
 import pytest
 
 from mapping.tum import read_trajectory
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
 from tests.helpers import filmed_room
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.tools.interrupted_runs import ROOM
@@ -86,59 +83,45 @@ def begun(arguments, folder):
             program.kill()
 
 
-def others(program, alive):
-    return {pid: command for pid, command in alive().items() if pid != program.pid}
+def assert_ends(arguments, folder, parts, later=0.0):
+    """Kill a program some time [s] after it has started others; all of them end with it.
 
-
-def wait_until_started(program, alive, parts):
-    """Wait until the command lines of all processes that a program starts are there."""
+    Args:
+        parts: Of the command lines of what it starts.
+    """
 
     def started():
         assert program.poll() is None
-        commands = others(program, alive).values()
+        commands = [command for pid, command in alive().items() if pid != program.pid]
         return all(any(part in command for command in commands) for part in parts)
 
-    wait_for(started, pause=0.02)
-
-
-@pytest.mark.parametrize("later", [pytest.param(0.0, marks=pytest.mark.long), 1.0])
-def test_the_drawer_of_a_home_ends_with_a_run_that_is_killed(tmp_path, later):
-    with begun([*DRY_RUN, "--world", "1100"], tmp_path) as (program, alive):
-        wait_until_started(program, alive, ["plan_process"])
+    with begun(arguments, folder) as (program, alive):
+        wait_for(started, pause=0.02)
         time.sleep(later)
         program.kill()
         program.wait()
         assert gone_within(SOON, alive) == []
 
 
+@pytest.mark.parametrize("later", [pytest.param(0.0, marks=pytest.mark.long), 1.0])
+def test_the_drawer_of_a_home_ends_with_a_run_that_is_killed(tmp_path, later):
+    assert_ends([*DRY_RUN, "--world", "1100"], tmp_path, ["plan_process"], later)
+
+
 def test_the_acceptor_ends_with_a_run_that_is_killed(tmp_path):
     (tmp_path / "room.xml").write_text(ROOM)
     command = [*DRY_RUN, "--serve", "--port", "0", "--world", "room.xml"]
-    with begun(command, tmp_path) as (program, alive):
-        wait_until_started(program, alive, ["acceptor"])
-        program.kill()
-        program.wait()
-        assert gone_within(SOON, alive) == []
+    assert_ends(command, tmp_path, ["acceptor"])
 
 
-def test_reflexes_watchdog_and_acceptor_end_with_a_launch_that_is_killed(tmp_path):
-    with on_wall_clock(SimulatedRoomba(FreeFloor())) as stub:
-        (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path))
-        command = ["-m", "tests.helpers.filmed_room", "--port", "0", "--out", "run"]
-        with begun([*command, "--config", "robot.toml"], tmp_path) as (program, alive):
-            wait_until_started(program, alive, ["acceptor", "spawn_main"])
-            program.kill()
-            program.wait()
-            assert gone_within(SOON, alive) == []
+def test_reflexes_watchdog_and_acceptor_end_with_a_launch_that_is_killed(stub, tmp_path):
+    (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path))
+    command = [*filmed_room.LAUNCH, "--config", "robot.toml"]
+    assert_ends(command, tmp_path, ["acceptor", "spawn_main"])
 
 
 def test_a_benchmark_that_is_killed_leaves_no_job_behind(tmp_path):
-    with begun(["-c", POOL], tmp_path) as (program, alive):
-        wait_until_started(program, alive, ["spawn_main"])
-        time.sleep(3.0)  # until the job has begun
-        program.kill()
-        program.wait()
-        assert gone_within(SOON, alive) == []
+    assert_ends(["-c", POOL], tmp_path, ["spawn_main"], later=3.0)  # when the job has begun
 
 
 def test_a_run_that_is_killed_keeps_its_trajectory_and_commands_until_then(tmp_path):

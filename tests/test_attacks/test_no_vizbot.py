@@ -3,12 +3,10 @@
 import gzip
 import itertools
 import os
-import sys
 
 import pytest
 
 from tests.helpers.impostor import Impostor, http_answer
-from vizbot.cli import app as cli
 from vizbot.commands import teleop, voice
 from vizbot.operator.api.auth import store_token
 from vizbot.operator.client import http_link, robot_client
@@ -48,8 +46,8 @@ STRANGERS = {
 
 
 @pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
-    """Run a command line at a terminal; returns exit code and error output."""
+def run(command_line, monkeypatch, tmp_path):
+    """Run a command line at a terminal; return exit code, standard output, error output."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(http_link, "_MAX_ANSWER", 1024 * 1024)
@@ -60,14 +58,7 @@ def run(monkeypatch, capfd, tmp_path):
     (tmp_path / "said.wav").touch()
     terminal = os.openpty()
     monkeypatch.setattr(teleop, "_STANDARD_INPUT", terminal[1])
-
-    def run_command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vizbot", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        return end.value.code, capfd.readouterr().err
-
-    yield run_command
+    yield command_line
     for each in terminal:
         os.close(each)
 
@@ -86,7 +77,7 @@ def test_a_server_that_is_no_vizbot_is_one_line_for(command, stranger, kept, run
         store_token("kept" * 8)
     answer = STRANGERS[stranger]
     with Impostor(lambda _: answer if isinstance(answer, bytes) else answer()) as impostor:
-        code, shown = run(*COMMANDS[command], "--url", impostor.url)
+        code, _, shown = run(*COMMANDS[command], "--url", impostor.url)
     assert code == 1
     assert len(shown.splitlines()) == 1
     assert "Traceback" not in shown and "\x1b" not in shown

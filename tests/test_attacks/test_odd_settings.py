@@ -1,11 +1,9 @@
 """Spoilt settings and odd arguments end a command in one line, before a device is opened."""
 
 import os
-import sys
 
 import pytest
 
-from vizbot.cli import app as cli
 from vizbot.commands import calibrate, open_run, teleop
 from vizbot.core.errors import DeviceError
 
@@ -34,7 +32,7 @@ PATHS = ["/dev/full", "loop", "folder", "pipe", "", 300 * "a"]
 
 
 @pytest.fixture
-def refused(monkeypatch, capfd, tmp_path):
+def refused(command_line, monkeypatch, tmp_path):
     """Run a command line at a terminal whose devices cannot be opened; the line that it ends in."""
     opened, terminal = [], os.openpty()
 
@@ -51,12 +49,8 @@ def refused(monkeypatch, capfd, tmp_path):
     monkeypatch.setattr(teleop, "_STANDARD_INPUT", terminal[1])
 
     def run_command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vizbot", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        assert end.value.code == 1
-        out, err = capfd.readouterr()
-        assert out == ""
+        code, out, err = command_line(*arguments)
+        assert (code, out) == (1, "")
         [line] = err.splitlines()
         assert line.isprintable() and len(line) < 700
         assert opened == []

@@ -17,33 +17,23 @@ from rerun.chunk import RrdReader
 from drivers.realsense.sdk import rs
 from mapping import map_bundle
 from sim_stubs.realsense.software_device import SoftwareD435i
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
 from tests.helpers.filmed_room import RATE, filmed, settings
 from tests.helpers.roomba_rig import ASKED_EVERY, DEADLINE, wait_for
 from tests.helpers.served import arrived
-from vizbot.cli import app as cli
 from vizbot.commands import launch
 from vizbot.core.geometry import yaw_of
 from vizbot.operator.language.dialogue import Dialogue
-from vizbot.operator.session.session import OperatorSession
 
 
 @pytest.fixture
-def floor():
-    return FreeFloor()
-
-
-@pytest.fixture
-def robot_toml(floor, tmp_path, monkeypatch):
+def robot_toml(floor, stub, tmp_path, monkeypatch):
     """Settings of a robot whose devices are plugged in."""
     camera = SoftwareD435i(fps=RATE)
     context = camera.plug_in()
     monkeypatch.setattr(rs, "context", lambda: context)
     toml = tmp_path / "robot.toml"
-    with on_wall_clock(SimulatedRoomba(floor)) as base, filmed(camera, floor):
-        toml.write_text(settings(base.path))
+    toml.write_text(settings(stub.path))
+    with filmed(camera, floor):
         yield toml
 
 
@@ -100,21 +90,18 @@ ENDS = {
 
 @pytest.mark.parametrize("end", ENDS)
 def test_a_robot_is_launched_asked_stopped_and_ended(
-    end, robot_toml, floor, tmp_path, signals, monkeypatch, capfd
+    end, robot_toml, floor, tmp_path, signals, monkeypatch, command_line
 ):
     run, port = tmp_path / "run", free_port()
     command = ["launch", "--force", "--clip", "embedded", "--config", robot_toml, "--out", run]
     command += ["--port", port, "--rerun"]
-    monkeypatch.setattr(sys, "argv", ["vizbot", *map(str, command)])
     with typing(monkeypatch) as keyboard:
         url = f"http://127.0.0.1:{port}"
         person = threading.Thread(target=attend, args=(url, keyboard, floor, ENDS[end]))
         person.start()
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
+        code, out, err = command_line(*command)
         person.join()
-    out, err = capfd.readouterr()
-    assert not ended.value.code and "interrupted" not in err, err
+    assert not code and "interrupted" not in err, err
     assert out.strip() == str(run / "report.html") and (run / "report.html").exists()
     assert len(map_bundle.load(run / "map").elements.keyframes) > 0
     log = (run / "vizbot.log").read_text()
@@ -131,19 +118,17 @@ def test_a_robot_is_launched_asked_stopped_and_ended(
     assert {"/map/robot", "/plots/battery"} <= recorded
 
 
-def type_in(monkeypatch, typed, session=None):
-    """All that is typed into a running robot, as bytes; its session."""
-    session = session or OperatorSession()
+def type_in(monkeypatch, typed, session):
+    """All that is typed into a running robot, as bytes."""
     with tempfile.TemporaryFile() as file:
         file.write(typed)
         file.seek(0)
         monkeypatch.setattr(sys, "stdin", file)
         launch._take_dictation(session)
-    return session
 
 
-def test_a_stop_waits_for_no_verdict(monkeypatch):
-    session, stopped = OperatorSession(), []
+def test_a_stop_waits_for_no_verdict(session, monkeypatch):
+    stopped = []
     arrived(session)
 
     def judge(confirmed, who):
@@ -156,17 +141,13 @@ def test_a_stop_waits_for_no_verdict(monkeypatch):
     assert stopped == [True]
 
 
-def test_a_stop_is_obeyed_after_a_byte_that_is_no_text(monkeypatch):
-    session = type_in(monkeypatch, b"caf\xe9\nstop\n")
+@pytest.mark.parametrize("line", [b"caf\xe9", 10_000_000 * b"?"], ids=["no text", "no end"])
+def test_a_stop_is_obeyed_after_an_odd_line(session, monkeypatch, line):
+    type_in(monkeypatch, line + b"\nstop\n", session)
     assert session.stopped.is_set() and not session.closed.is_set()
 
 
-def test_a_stop_is_obeyed_after_a_line_without_end(monkeypatch):
-    session = type_in(monkeypatch, 10_000_000 * b"?" + b"\nstop\n")
-    assert session.stopped.is_set() and not session.closed.is_set()
-
-
-def test_a_stop_is_obeyed_after_a_line_that_fails(monkeypatch, capsys):
+def test_a_stop_is_obeyed_after_a_line_that_fails(session, monkeypatch, capsys):
     typed = Dialogue.typed
 
     def fail_or_obey(sentences, text, who):
@@ -175,5 +156,6 @@ def test_a_stop_is_obeyed_after_a_line_that_fails(monkeypatch, capsys):
         return typed(sentences, text, who)
 
     monkeypatch.setattr(Dialogue, "typed", fail_or_obey)
-    assert type_in(monkeypatch, b"sofa\nstop\n").stopped.is_set()
+    type_in(monkeypatch, b"sofa\nstop\n", session)
+    assert session.stopped.is_set()
     assert capsys.readouterr().err == "of all things\nstopped\n"

@@ -9,16 +9,9 @@ import pytest
 from mapping import map_bundle
 from mapping.map_folder import MapUse
 from tests.helpers.bundles import bundle_of, names_in
+from tests.helpers.one_line import assert_one_line
 from vizbot.commands.options import RunOptions
 from vizbot.commands.run_plan import plan_run
-
-
-@pytest.fixture
-def maps(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    folder = tmp_path / "vizbot" / "maps"
-    map_bundle.save(bundle_of(), folder / "home")
-    return folder
 
 
 class Terminal(StringIO):
@@ -84,9 +77,8 @@ def test_a_folder_that_exists_comes_before_a_saved_map_of_its_name(run, maps, tm
 
 @pytest.mark.parametrize("given", ["attic", "../home", "/nowhere/home", "a" * 61, "home/map"])
 def test_where_no_map_is_the_line_names_the_list(run, maps, given):
-    code, out, err = run("map", "info", given)
-    assert (code, out, err.count("\n")) == (1, "", 1)
-    assert f"no map at {given}: `vizbot map list` shows those saved by name" in err
+    told = f"no map at {given}: `vizbot map list` shows those saved by name"
+    assert_one_line(run("map", "info", given), told)
 
 
 def test_a_map_is_renamed(run, maps):
@@ -106,8 +98,7 @@ def test_a_map_is_deleted_by_who_says_yes_once(run, maps, monkeypatch):
 
 def test_a_program_deletes_a_map_with_yes(run, maps, monkeypatch):
     monkeypatch.setattr("sys.stdin", StringIO())
-    code, out, err = run("map", "delete", "home")
-    assert (code, out) == (1, "") and "add --yes" in err and err.count("\n") == 1
+    assert_one_line(run("map", "delete", "home"), "add --yes")
     code, out, _ = run("map", "delete", "home", "--yes")
     assert (code, out) == (0, "'home' is deleted\n")
     assert names_in(maps) == []
@@ -115,9 +106,8 @@ def test_a_program_deletes_a_map_with_yes(run, maps, monkeypatch):
 
 def test_a_map_that_a_robot_is_in_is_not_deleted(run, maps):
     with MapUse(maps / "home"):
-        code, out, err = run("map", "delete", "home", "--yes")
-    assert (code, out) == (1, "")
-    assert "'home' is in use; change to another map first" in err and err.count("\n") == 1
+        refused = run("map", "delete", "home", "--yes")
+    assert_one_line(refused, "'home' is in use; change to another map first")
     assert map_bundle.load(maps / "home")
 
 
@@ -128,17 +118,14 @@ def test_what_is_no_name_is_refused_in_one_line(run, maps, name):
         ["rename", name, "office"],
         ["rename", "home", name],
     ):
-        code, out, err = run("map", *command)
-        assert (code, out, err.count("\n")) == (1, "", 1)
-        assert repr(name) in err and "letters, digits, spaces" in err
+        assert_one_line(run("map", *command), repr(name), "letters, digits, spaces")
     assert names_in(maps) == ["home"]
 
 
 def test_a_map_that_is_not_there_is_named_with_those_that_are(run, maps):
     for command in (["delete", "attic"], ["rename", "attic", "office"]):
-        code, _, err = run("map", *command)
-        assert code == 1
-        assert "there is no saved map 'attic'; those that there are: 'home'" in err
+        told = "there is no saved map 'attic'; those that there are: 'home'"
+        assert_one_line(run("map", *command), told)
 
 
 @pytest.mark.parametrize("command", [("dry-run", "sofa"), ("launch", "--force")])
@@ -146,8 +133,7 @@ def test_a_map_of_nearly_the_largest_size_is_refused_before_anything_is_opened(
     run, maps, tmp_path, monkeypatch, command
 ):
     monkeypatch.setattr(map_bundle, "MOST_BYTES", map_bundle.GROWTH)
-    code, out, err = run(*command, "--map", "home", "--out", "run")
-    assert (code, out) == (1, "") and not (tmp_path / "run").exists()
-    [line] = err.splitlines()
-    assert line.startswith(f"vizbot: the map {maps / 'home'} has 0 MB, and with more than 100 MB")
+    told = f"vizbot: the map {maps / 'home'} has 0 MB, and with more than 100 MB"
+    assert_one_line(run(*command, "--map", "home", "--out", "run"), told)
+    assert not (tmp_path / "run").exists()
     assert run("map", "info", "home")[0] == 0

@@ -46,51 +46,48 @@ def test_the_settings_load_nothing_heavy():
     assert ended.stdout == "[]\n", ended.stderr
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("--world", "nosuchworld"), ("unknown world 'nosuchworld'", "give a seed")),
-        (("--world", "1100+bear"), ("'1100+bear'", "give 1100, or 1100+bare")),
-        (("--world", "office+bare"), ("'office+bare'", "for the home of a seed")),
-        (("--world", "nowhere.xml"), ("nowhere.xml", "is not there")),
-        (("--labels", "labels.toml"), ("labels.toml", "MJCF")),
-        (("--config", "none.toml"), ("none.toml", "give a TOML file")),
-        (("--start", "1,2"), ("--start '1,2'", "X,Y,YAW_DEGREES")),
-        (("--faults", "bogus@3"), ("'bogus'", "--faults")),
-        (("--method", "foo"), ("--method foo", "'foo' is not one of 'belief', 'paper'")),
-        (("--faults", "bump@3", "--base", "none"), ("bump", "--base sim")),
-        (("--out", "."), ("not a new or empty folder", "--out")),
-        (("--map", "nowhere"), ("no map at nowhere", "map build")),
-        (("--clip", "nosuch"), ("no CLIP model 'nosuch'", "ViT-B/32")),
-        (("--clip", "nobody/nothing"), ("nobody/nothing", "hf download")),
-        (("--clip", "embedded-12345678"), ("'embedded-12345678'", "build the map again")),
-        (("--base", "xyz"), ("unknown base 'xyz'", "sim, roomba or none")),
-        (("--camera", "xyz"), ("no camera 'xyz'", "sim, realsense, or")),
-        (("--camera", ".", "--base", "sim"), ("cannot be driven", "--base none")),
-    ],
-)
-def test_a_dry_run_that_cannot_be_is_refused_before_anything_heavy_is_loaded(
-    run, tmp_path, arguments, words
+def refused(run, tmp_path, *arguments):
+    """The one line with which a command is refused, with nothing heavy loaded or left behind."""
+    before = sorted(tmp_path.rglob("*"))
+    code, error, loaded = run(*arguments)
+    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    assert sorted(tmp_path.rglob("*")) == before
+    return error
+
+
+RUNS = [
+    (("--config", "none.toml"), ("none.toml", "give a TOML file")),
+    (("--method", "foo"), ("--method foo", "'foo' is not one of 'belief', 'paper'")),
+    (("--map", "nowhere"), ("no map at nowhere", "map build")),
+    (("--clip", "nosuch"), ("no CLIP model 'nosuch'", "ViT-B/32")),
+]
+DRY_RUNS = [
+    (("--world", "nosuchworld"), ("unknown world 'nosuchworld'", "give a seed")),
+    (("--world", "1100+bear"), ("'1100+bear'", "give 1100, or 1100+bare")),
+    (("--world", "office+bare"), ("'office+bare'", "for the home of a seed")),
+    (("--world", "nowhere.xml"), ("nowhere.xml", "is not there")),
+    (("--labels", "labels.toml"), ("labels.toml", "MJCF")),
+    (("--start", "1,2"), ("--start '1,2'", "X,Y,YAW_DEGREES")),
+    (("--faults", "bogus@3"), ("'bogus'", "--faults")),
+    (("--faults", "bump@3", "--base", "none"), ("bump", "--base sim")),
+    (("--out", "."), ("not a new or empty folder", "--out")),
+    (("--clip", "nobody/nothing"), ("nobody/nothing", "hf download")),
+    (("--clip", "embedded-12345678"), ("'embedded-12345678'", "build the map again")),
+    (("--base", "xyz"), ("unknown base 'xyz'", "sim, roomba or none")),
+    (("--camera", "xyz"), ("no camera 'xyz'", "sim, realsense, or")),
+    (("--camera", ".", "--base", "sim"), ("cannot be driven", "--base none")),
+]
+REFUSED = [(("dry-run", "sofa", *given), words) for given, words in RUNS + DRY_RUNS]
+REFUSED += [(("launch", *given), words) for given, words in RUNS]
+
+
+@pytest.mark.parametrize(("command", "words"), REFUSED)
+def test_a_run_that_cannot_be_is_refused_before_anything_heavy_is_loaded(
+    run, tmp_path, command, words
 ):
     (tmp_path / "something").touch()
-    code, error, loaded = run("dry-run", "sofa", *arguments)
-    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    error = refused(run, tmp_path, *command)
     assert all(word in error for word in words), error
-
-
-@pytest.mark.parametrize(
-    ("arguments", "word"),
-    [
-        (("--config", "none.toml"), "none.toml"),
-        (("--clip", "nosuch"), "'nosuch'"),
-        (("--map", "nowhere"), "no map at nowhere"),
-        (("--method", "foo"), "'foo' is not one of 'belief', 'paper'"),
-    ],
-)
-def test_a_launch_that_cannot_be_is_refused_before_anything_heavy_is_loaded(run, arguments, word):
-    code, error, loaded = run("launch", *arguments)
-    assert (code, error.count("\n"), loaded) == (1, 1, [])
-    assert word in error
 
 
 @pytest.mark.parametrize("file", ["", 'clip = "embedded"\n'])
@@ -100,8 +97,7 @@ def test_the_rehearsal_encoder_drives_among_real_things_only_where_it_is_typed(
 ):
     (tmp_path / "mine.toml").write_text(f'serial_port = "nowhere"\n{file}')
     command = ("launch", *force, "--config", "mine.toml", "--port", "0")
-    code, error, loaded = run(*command)
-    assert (code, error.count("\n"), loaded) == (1, 1, [])
+    error = refused(run, tmp_path, *command)
     assert "clip embedded: the rehearsal encoder knows simulated homes alone" in error
     assert "hf download openai/clip-vit-base-patch32" in error and "--clip embedded" in error
     if force:
@@ -138,9 +134,7 @@ def test_a_saved_map_says_what_it_holds_with_nothing_heavy(run, tmp_path):
 def test_questions_to_a_saved_map_that_cannot_be_are_refused_with_nothing_heavy(run, tmp_path):
     map_bundle.save(bundle_of(model_id="another"), tmp_path / "home")
     for folder, word in (("nowhere", "no map at nowhere"), ("home", "'another'")):
-        code, error, loaded = run("map", "query", folder, "sofa")
-        assert (code, error.count("\n"), loaded) == (1, 1, [])
-        assert word in error
+        assert word in refused(run, tmp_path, "map", "query", folder, "sofa")
 
 
 def test_a_saved_map_answers_without_pytorch(run, tmp_path):
@@ -159,15 +153,6 @@ def test_what_heavy_is_loaded_would_be_noticed(run):
     """The check of these tests can fail: a command that loads something heavy shows it."""
     code, _, loaded = run("dry-run", "sofa", "--world", "1100", "--start", "-100,0,0")
     assert code == 1 and {"mujoco", "scipy", "cv2"} <= set(loaded)
-
-
-def refused(run, tmp_path, *arguments):
-    """The one line with which a command is refused, with nothing heavy loaded or left behind."""
-    before = sorted(tmp_path.rglob("*"))
-    code, error, loaded = run(*arguments)
-    assert (code, error.count("\n"), loaded) == (1, 1, [])
-    assert sorted(tmp_path.rglob("*")) == before
-    return error
 
 
 SERVED = [("dry-run", "sofa", "--serve"), ("launch", "--clip", "embedded")]

@@ -12,7 +12,8 @@ import httpx
 import pytest
 import typer
 
-from tests.helpers.served import arrived, jobs_done, served, step, wait_for
+from tests.helpers.roomba_rig import wait_for
+from tests.helpers.served import arrived, jobs_done, served, step
 from vizbot.cli import remote as cli_remote
 from vizbot.commands import remote
 from vizbot.core.errors import ConfigError, DeviceError
@@ -21,18 +22,6 @@ from vizbot.core.types import Tracking
 from vizbot.operator.api import auth
 from vizbot.operator.api.auth import token_path
 from vizbot.operator.client.robot_client import RobotClient
-from vizbot.operator.session.session import OperatorSession
-
-
-@pytest.fixture
-def session():
-    return OperatorSession()
-
-
-@pytest.fixture
-def client(session):
-    with served(session) as server, RobotClient(server.url, None) as client:
-        yield client
 
 
 @pytest.fixture(autouse=True)
@@ -181,21 +170,6 @@ def test_what_the_robot_refuses_is_one_line(client):
         client.ask(["so\x07fa"])
     with pytest.raises(DeviceError, match=r"refuses: texts.0: it must have at most 200 letters"):
         client.ask(["a" * 300])
-
-
-def test_where_no_robot_answers_one_line_says_so():
-    url = "http://127.0.0.1:9"
-    with (
-        pytest.raises(DeviceError, match=f"no robot answers at {url}.*vizbot launch"),
-        RobotClient(url, None) as client,
-    ):
-        client.state()
-
-
-@pytest.mark.parametrize("url", ["robot", "", "ftp://robot"])
-def test_what_is_no_address_is_one_line(url):
-    with pytest.raises(ConfigError, match=f"--url '{url}' is no address; give one like http"):
-        RobotClient(url, None)
 
 
 STATE = {

@@ -18,7 +18,6 @@ from vizbot.operator.language.command import ComeBack, GoTo
 from vizbot.operator.language.language import ENGLISH, load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer
-from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice.intent import Utterance
 
 TYPED = [
@@ -28,17 +27,6 @@ TYPED = [
     ('"go to the kitchen"', ["go to the kitchen"]),
     ('find the "stop and go" sign', ["stop and go sign"]),
 ]
-
-
-@pytest.fixture
-def session():
-    return OperatorSession()
-
-
-@pytest.fixture
-def client(session):
-    with served(session) as server, RobotClient(server.url, None) as client:
-        yield client
 
 
 def requests(session):
@@ -182,8 +170,7 @@ def test_what_was_asked_for_is_called_off_in_other_words(client, session, capsys
     assert capsys.readouterr().out == "I go on with: bed\n"
 
 
-def test_a_robot_that_speaks_german_answers_in_it(capsys):
-    session = OperatorSession()
+def test_a_robot_that_speaks_german_answers_in_it(session, capsys):
     with served(session, language="de") as server, RobotClient(server.url, None) as client:
         remote.ask(client, ["Fahr in die Küche, dann komm zurück."], at_once=False, wait=False)
         remote.ask(client, ["Hilfe"], at_once=False, wait=False)
@@ -203,8 +190,8 @@ def test_a_robot_that_speaks_german_answers_in_it(capsys):
          " danach: Bett"),
     ],
 )  # fmt: skip
-def test_what_it_does_is_answered_with_why(capsys, language, question, answer):
-    session, why = OperatorSession(), reasons.exploring(reasons.NEAREST, [])
+def test_what_it_does_is_answered_with_why(session, capsys, language, question, answer):
+    why = reasons.exploring(reasons.NEAREST, [])
     session.ask(["sofa", "bed"])
     with served(session, language=language) as server, RobotClient(server.url, None) as client:
         session.on_step(replace(step(0), why=why))
@@ -216,8 +203,3 @@ def test_what_it_does_is_answered_with_why(capsys, language, question, answer):
 def test_a_dry_run_takes_german_goals(capsys):
     assert parse_goals(["geh zum Kühlschrank"], load_language("de")) == ["refrigerator"]
     assert capsys.readouterr().err == "kühlschrank: refrigerator\n"
-
-
-def test_a_language_that_there_is_not_is_refused():
-    with pytest.raises(ConfigError, match="--language xx: give one of de, en"):
-        load_language("xx")

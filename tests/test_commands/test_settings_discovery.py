@@ -12,8 +12,8 @@ from benchmarks.slam import homes
 from drivers.roomba.serial_port import open_serial
 from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
+from tests.helpers.one_line import assert_one_line
 from vizbot import doctor as doctor_checks
-from vizbot.cli import app as cli
 from vizbot.commands import calibrate, doctor, teleop
 from vizbot.commands import map as map_command
 from vizbot.commands.config.discovery import load_settings, settings_file
@@ -36,16 +36,9 @@ def places(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def run(monkeypatch, capfd):
-    """Run a command line; return exit code, standard output, error output."""
-
-    def command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vizbot", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        return end.value.code or 0, *capfd.readouterr()
-
-    return command
+def run(command_line):
+    """Run a command line where the test is; return exit code, standard output, error output."""
+    return command_line
 
 
 def test_the_first_place_with_a_file_counts_and_one_line_names_it(places, monkeypatch, capfd):
@@ -82,21 +75,18 @@ def test_a_variable_that_names_a_missing_file_is_one_line(places, monkeypatch, r
     places[1].write_text("")
     monkeypatch.setenv("VIZBOT_CONFIG", named)
     for command in (("config", "show"), ("launch",), ("dry-run", "sofa"), ("doctor", "--json")):
-        code, out, err = run(*command)
-        assert (code, out, err.count("\n")) == (1, "", 1), err
-        assert f"VIZBOT_CONFIG names {named}, which is not there" in err and "unset it" in err
+        told = f"VIZBOT_CONFIG names {named}, which is not there"
+        assert_one_line(run(*command), told, "unset it")
 
 
 def test_a_found_file_that_cannot_be_used_is_one_line_that_names_it(places, run):
     places[1].symlink_to("nothing")
-    code, out, err = run("config", "show")
-    assert (code, out, err.count("\n")) == (1, "", 1)
-    assert "configuration robot.toml: No such file or directory" in err
+    told = "configuration robot.toml: No such file or directory"
+    assert_one_line(run("config", "show"), told)
     places[1].unlink()
     places[1].write_text("[mount]\nhieght = 0.7\n")
-    code, out, err = run("dry-run", "sofa")
-    assert (code, out, err.count("\n")) == (1, "", 1)
-    assert "configuration robot.toml: there is no setting mount.hieght; use height" in err
+    told = "configuration robot.toml: there is no setting mount.hieght; use height"
+    assert_one_line(run("dry-run", "sofa"), told)
 
 
 COMMANDS = {
@@ -226,10 +216,8 @@ def test_a_settings_file_that_lies_in_the_working_folder_runs_no_code(
     monkeypatch.setattr(teleop, "require_terminal", lambda _: None)
     map_bundle.save(bundle_of(model_id="evil:Encoder"), Path("map"))
     places[1].write_text('clip = "evil:Encoder"\n')
-    code, out, err = run(*command)
-    assert (code, out, err.count("\n")) == (1, "", 1), err
-    assert "robot.toml was found in this folder and names a class, evil:Encoder" in err
-    assert "--clip evil:Encoder, or --config robot.toml" in err
+    told = "robot.toml was found in this folder and names a class, evil:Encoder"
+    assert_one_line(run(*command), told, "--clip evil:Encoder, or --config robot.toml")
     assert not evil.exists() and "evil" not in sys.modules
 
 

@@ -11,69 +11,57 @@ import pytest
 
 from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
-from vizbot.cli import app as cli
 
 SETTINGS = {
-    "torn": 'clip = "',
-    "yaml": "height: 0.7",
-    "twice": "half = true\nhalf = false",
-    "deep": "clip = " + 900 * "[" + 900 * "]",
-    "unknown": "speed = 3",
-    "misspelt": "[mount]\nhieght = 1",
-    "words": '[mount]\nheight = "high"',
-    "low": "[mount]\nheight = -1",
-    "tall": "[mount]\nheight = 1.5",
-    "steep": "[mount]\ntilt = 1.5",
-    "endless": "[mount]\ntilt = inf",
-    "half": "[objectnav]\nmax_steps = 1.5",
-    "none": "[objectnav]\nmax_steps = 0",
-    "many": "[objectnav]\nmax_steps = 1000001",
-    "perhaps": 'half = "perhaps"',
-    "number": "serial_port = 3",
-    "no-table": "mount = 3",
-    "no-list": "[perception.clip_mapper]\nscales = 1",
-    "empty-list": "[perception.clip_mapper]\nscales = []",
-    "method": '[objectnav]\nmethod = "magic"',
-    "sure": "[objectnav.search]\narrival_probability_early = 1.0",
-    "reach": "[[objectnav.waypoint_reaches]]\ndistance = 1",
+    "torn": ('clip = "', "is not TOML", "mend it"),
+    "yaml": ("height: 0.7", "is not TOML", "line 1"),
+    "twice": ("half = true\nhalf = false", "is not TOML", "mend it"),
+    "deep": ("clip = " + 900 * "[" + 900 * "]", "nested too deep"),
+    "unknown": ("speed = 3", "no setting speed; use", "serial_port"),
+    "misspelt": ("[mount]\nhieght = 1", "no setting mount.hieght; use height"),
+    "words": ('[mount]\nheight = "high"', "mount.height = 'high'", "must be a number", "[m]"),
+    "low": ("[mount]\nheight = -1", "mount.height = -1", "at least 0.1, in metres"),
+    "tall": (
+        "[mount]\nheight = 1.5",
+        "the camera's top at 1.55 m",
+        "set perception.depth_mapper.scan.max_height to 1.55",
+    ),
+    "steep": ("[mount]\ntilt = 1.5", "mount.tilt = 1.5", "less than 1.4"),
+    "endless": ("[mount]\ntilt = inf", "mount.tilt = inf", "finite"),
+    "half": ("[objectnav]\nmax_steps = 1.5", "objectnav.max_steps = 1.5", "whole number"),
+    "none": ("[objectnav]\nmax_steps = 0", "objectnav.max_steps = 0", "at least 1"),
+    "many": (
+        "[objectnav]\nmax_steps = 1000001",
+        "objectnav.max_steps = 1000001",
+        "at most 1000000",
+    ),
+    "perhaps": ('half = "perhaps"', "half = 'perhaps'", "true or false"),
+    "number": ("serial_port = 3", "serial_port = 3", "must be text"),
+    "no-table": ("mount = 3", "mount = 3", "must be a table"),
+    "no-list": ("[perception.clip_mapper]\nscales = 1", "scales = 1", "must be a list"),
+    "empty-list": ("[perception.clip_mapper]\nscales = []", "scales = []", "at least 1"),
+    "fine": ("[perception.depth_mapper]\nresolution = 1e-9", "resolution"),
+    "method": (
+        '[objectnav]\nmethod = "magic"',
+        "objectnav.method = 'magic'",
+        "'belief' or 'paper'",
+    ),
+    "sure": ("[objectnav.search]\narrival_probability_early = 1.0", "early = 1.0", "less than 1"),
+    "reach": ("[[objectnav.waypoint_reaches]]\ndistance = 1", "extent", "must be given"),
 }
-"""Settings files by their names."""
-CONFIG = """
-    torn | is not TOML | mend it
-    yaml | is not TOML | line 1
-    twice | is not TOML | mend it
-    deep | nested too deep
-    unknown | no setting speed; use | serial_port
-    misspelt | no setting mount.hieght; use height
-    words | mount.height = 'high' | must be a number | [m]
-    low | mount.height = -1 | at least 0.1, in metres
-    tall | the camera's top at 1.55 m | set perception.depth_mapper.scan.max_height to 1.55
-    steep | mount.tilt = 1.5 | less than 1.4
-    endless | mount.tilt = inf | finite
-    half | objectnav.max_steps = 1.5 | whole number
-    none | objectnav.max_steps = 0 | at least 1
-    many | objectnav.max_steps = 1000001 | at most 1000000
-    perhaps | half = 'perhaps' | true or false
-    number | serial_port = 3 | must be text
-    no-table | mount = 3 | must be a table
-    no-list | scales = 1 | must be a list
-    empty-list | scales = [] | at least 1
-    method | objectnav.method = 'magic' | 'belief' or 'paper'
-    sure | arrival_probability_early = 1.0 | less than 1
-    reach | extent | must be given
-"""
-"""Each settings file, and words of the line that refuses it."""
+"""Settings files by their names, and words of the line that refuses each."""
 TABLE = """
     fly | 'fly' | --help
     dry-rn | 'dry-rn' | 'dry-run'
     --vrbose doctor | --vrbose | --verbose
-    dry-run | no TEXT | --explore
+    dry-run | no TEXT | --explore | --help
     dry-run '  ' | the goal '' is empty | 'yellow chair'
-    dry-run 'where is the sofa' | 'where is the sofa' | double quotes
+    dry-run 'where is the sofa' | 'where is the sofa' | 'go to the sofa' | double quotes
     dry-run sofa 'come back' | 'come back' | another command
     dry-run sofa --colour red | --colour. See: | --help
     dry-run sofa --wrld 3 | --wrld | --world
     dry-run sofa --world | '--world' requires | --help
+    dry-run --faults | '--faults' requires | --help
     dry-run sofa --world atlantis | 'atlantis' | a seed
     dry-run sofa --world -5 | '-5' | a seed
     dry-run sofa --world 1.5 | '1.5' | .sh3d
@@ -100,26 +88,30 @@ TABLE = """
     dry-run sofa --camera walk --intrinsics 0,0,0,0,0 | '0,0,0,0,0' | fx,fy,cx,cy,scale
     dry-run sofa --camera walk --intrinsics 500,500,320,240,1000 | rgb/0.png | copy the sequence
     dry-run sofa --camera walk --base sim | walk cannot be driven | --base none
+    dry-run sofa --camera torn.db3 --base sim | torn.db3 cannot be driven | --base none
     dry-run sofa --intrinsics 1,1,1,1,1000 | --intrinsics | 'sim'
     dry-run sofa --base tank | 'tank' | sim, roomba or none
     dry-run sofa --base roomba --config port.toml | serial port nowhere | name another port
     dry-run sofa --base roomba --config file.toml | serial port file | /dev/ttyUSB0
     dry-run --explore --base none | --explore | --base sim
     dry-run sofa --explore --serve | --explore | no TEXT
-    dry-run sofa --faults flood@3 | 'flood' | bump
+    dry-run sofa --faults flood@3 | 'flood' | bump | camera-frozen
     dry-run sofa --faults bump@soon | 'bump@soon' | bump@SECONDS
     dry-run sofa --faults bump@1e9 | 'bump@1e9' | 86400 s at most
     dry-run sofa --faults bump@3+1e9 | 'bump@3+1e9' | 86400 s at most
     dry-run sofa --faults bump@3 --base none | bump | --base sim
+    dry-run sofa --faults encoder-slow --base none | encoder-slow | --base sim
     dry-run sofa --faults '' | '' in --faults | camera-frozen
     dry-run sofa --method magic | --method magic | 'belief', 'paper'
     dry-run sofa --clip nosuch | 'nosuch' | ViT-B/32
     dry-run sofa --clip '' | '' | a hub name
+    dry-run sofa --clip nobody/no-such-model | nobody/no-such-model
     dry-run sofa --clip google/siglip-base | google/siglip-base | "model_type": "clip"
     dry-run sofa --clip notes | notes | hf download
     dry-run sofa --clip siglip | siglip model | ViT-B/32
     dry-run sofa --clip embedded-12345678 | 'embedded-12345678' | build the map again
     dry-run sofa --map nowhere | no map at nowhere | map list | map build
+    dry-run sofa --map nowhere --out run | no map at nowhere
     dry-run sofa --map notes | notes is not a map | map build
     dry-run sofa --map file | no map at file | map build
     dry-run sofa --map torn | torn is damaged | map.safetensors | build it again
@@ -150,8 +142,10 @@ TABLE = """
     dry-run sofa --serve --port 0 --speech notes | notes holds no model.bin | faster-whisper
     launch --port PORT --clip embedded | :PORT: Address already in use | --port
     launch --port 0 --tls-key a.pem --clip embedded | --tls-key a.pem | give both
+    launch --port 0 --clip embedded --config port.toml | RealSense | nowhere
     launch --config nowhere.toml | nowhere.toml | give a TOML file
     launch --map nowhere | no map at nowhere | map list | map build
+    launch --map nowhere --out run | no map at nowhere
     launch --clip nosuch | 'nosuch' | ViT-B/32
     launch --out notes | notes | --out
     launch --language xx | --language xx | de, en
@@ -169,11 +163,15 @@ TABLE = """
     config init --out file | file is there already | --force
     config init --out notes --force | notes is there | another file
     config show --config nowhere.toml | nowhere.toml | give a TOML file
+    config show --config low.toml | mount.height = -1
+    config init here | (here) | --help
+    config forget | 'forget' | --help
     config schema --yaml | --yaml | --help
     config shw | 'shw' | 'show'
     map build nowhere --out map | nowhere: no such folder | TUM | .db3
     map build walk | '--out' | --help
     map build walk --out map | walk: no camera.json | --intrinsics
+    map build blank --out map | 0.png
     map build walk --out notes | notes is not a map | another folder
     map build walk --out notes --force | notes is not a map | another folder
     map build walk --out home | home is a map already | --force
@@ -187,6 +185,9 @@ TABLE = """
     map info future | schema 99, not | build it again
     map info cut | cut is damaged | build it again
     map query home '' | '' is empty | 'sofa'
+    map query notes sofa | notes
+    map query home sofa --config nowhere.toml | nowhere.toml
+    map query home sofa --language fr | --language fr: give one of de, en
     map query home | 'text' | --help
     map query home 'go to the sofa, then the lamp' | then the lamp' | 'where is the sofa?'
     map query home 'sofa, lamp' | map query takes a thing ('sofa') | 'sofa, lamp' | double quotes
@@ -245,15 +246,15 @@ TABLE = """
     teleop --base tank | --base tank | roomba or sim
     goal | 'TEXT...' | --help
     goal '' | the goal '' is empty | 'yellow chair'
-    goal sofa --language xx | --language xx | de, en
-    goal sofa --url robot | --url 'robot' | http://robot:8787
-    goal sofa --url ftp://robot | --url 'ftp://robot' | http://robot:8787
+    goal sofa --language xx | --language xx: give one of de, en
+    goal sofa --url robot | --url 'robot' is no address; give one like http://robot:8787
+    goal sofa --url ftp://robot | --url 'ftp://robot' is no address; give one like http
     goal sofa --url http://robot:port | 'port' | http://robot:8787
-    goal sofa --url http://127.0.0.1:9 | http://127.0.0.1:9 | vizbot launch
+    goal sofa --url http://127.0.0.1:9 | no robot answers at http://127.0.0.1:9 | vizbot launch
     goal sofa --token é | --token | as launch shows it
     say '' | is empty | 'yellow chair'
     explore now | (now) | --help
-    explore --url '' | --url '' | http://robot:8787
+    explore --url '' | --url '' is no address; give one like http | http://robot:8787
     stop --url http://127.0.0.1:9 | http://127.0.0.1:9 | vizbot launch
     stop --url http://[::1 | http://[::1 | http://robot:8787
     status --url https://127.0.0.1:9 | https://127.0.0.1:9 | vizbot launch
@@ -281,12 +282,11 @@ TABLE = """
 def rows():
     """Each command with its words."""
     table = []
-    lines = TABLE.strip().splitlines()
-    lines += [f"dry-run sofa --config {line.strip()}" for line in CONFIG.strip().splitlines()]
-    for line in lines:
+    for line in TABLE.strip().splitlines():
         command, *words = (part.strip() for part in line.split(" | "))
-        if "--config" in command and not command.endswith((".toml", "notes")):
-            command += ".toml"
+        table.append(pytest.param(command, words, id=command))
+    for name, (_, *words) in SETTINGS.items():
+        command = f"dry-run sofa --config {name}.toml"
         table.append(pytest.param(command, words, id=command))
     return table
 
@@ -295,7 +295,7 @@ def rows():
 def place(tmp_path_factory):
     """A folder with what the commands name."""
     folder = tmp_path_factory.mktemp("place")
-    for name, content in SETTINGS.items():
+    for name, (content, *_) in SETTINGS.items():
         (folder / f"{name}.toml").write_text(content)
     (folder / "port.toml").write_text('serial_port = "nowhere"')
     (folder / "file.toml").write_text('serial_port = "file"')
@@ -308,6 +308,12 @@ def place(tmp_path_factory):
     (folder / "notes" / "a.txt").write_text("text")
     (folder / "siglip" / "config.json").write_text('{"model_type": "siglip"}')
     (folder / "walk" / "associations.txt").write_text("0.0 rgb/0.png 0.0 depth/0.png\n")
+    shutil.copytree(folder / "walk", folder / "blank")
+    for name in ("rgb", "depth"):
+        (folder / "blank" / name).mkdir()
+        (folder / "blank" / name / "0.png").write_bytes(b"no picture")
+    camera = {"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24}
+    (folder / "blank" / "camera.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
     make_maps(folder)
     return folder
 
@@ -336,18 +342,15 @@ def taken():
 
 
 @pytest.fixture
-def refuse(place, taken, monkeypatch, capfd):
+def refuse(place, taken, command_line, monkeypatch):
     """Run a command line; the one line that refuses it."""
 
     def command(line):
         before = sorted(place.rglob("*"))
         monkeypatch.chdir(place)
-        monkeypatch.setattr(sys, "argv", ["vizbot", *shlex.split(line.replace("PORT", str(taken)))])
         monkeypatch.setattr(sys, "stdin", StringIO())
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        out, err = capfd.readouterr()
-        assert (end.value.code, out, err.count("\n")) == (1, "", 1), err
+        code, out, err = command_line(*shlex.split(line.replace("PORT", str(taken))))
+        assert (code, out, err.count("\n")) == (1, "", 1), err
         assert err.startswith("vizbot: ") and "Traceback" not in err
         assert sorted(place.rglob("*")) == before
         return err

@@ -1,14 +1,16 @@
-"""What the console shows after an arrival, and asks, in a real browser."""
+"""What the console shows and asks before and after an arrival, in a real browser."""
 
 import cv2
 import numpy as np
 import pytest
 
 from tests.helpers.browsing import box_of, says, touch_screen, until
+from tests.helpers.failing import raising
 from vizbot.core.errors import ConfigError
 from vizbot.operator.figures.image_encoding import jpeg
 
 TITLE = "Found the yellow chair after 50 s, 12 m"
+SEEN = "I see something like a yellow chair"
 
 
 def chair():
@@ -99,10 +101,7 @@ def test_a_place_of_the_saved_map_is_asked_about_without_a_picture(page, robot):
 
 
 def test_why_a_no_is_refused_is_told_and_can_be_said_again(page, robot):
-    def fail():
-        raise ConfigError("it cannot learn")
-
-    robot.pipeline.refute = fail
+    robot.pipeline.refute = raising(ConfigError("it cannot learn"))
     robot.arrive("yellow chair", chair())
     page.get_by_role("button", name="No, keep looking").click()
     says(page, "#arrival-question", "Not asked: it cannot learn.")
@@ -111,28 +110,104 @@ def test_why_a_no_is_refused_is_told_and_can_be_said_again(page, robot):
     until(page, lambda: robot.pipeline.refuted == 1)
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_a_small_phone_has_room_for_the_question(open_page, server, robot, snapshot, scheme):
-    page = open_page(server.url, **touch_screen(320, 700), color_scheme=scheme)
+@pytest.fixture
+def going_up(robot):
+    """It searches, and goes up to something."""
+    go_up(robot)
+    return robot
+
+
+def test_what_the_robot_goes_up_to_is_shown_until_it_turns_to_something_else(page, going_up):
+    picture = page.locator("#candidate-picture")
+    says(page, "#candidate-title", SEEN)
+    says(page, "#candidate-question", "It takes a closer look.")
+    until(page, lambda: picture.evaluate("one => one.naturalWidth") == 400)
+    assert not page.locator("#arrival").is_visible()
+    shown = picture.get_attribute("src")
+    going_up.approach((0.5, 0.5))
+    until(page, lambda: picture.get_attribute("src") != shown)
+    until(page, lambda: not picture.is_visible())  # of that no picture was kept
+    going_up.approach(None)
+    page.locator("#candidate").wait_for(state="hidden")
+    says(page, "#goals li.running b", "Yellow chair")
+
+
+def test_keep_looking_has_the_robot_believe_that_place_less_and_search_on(page, going_up):
+    says(page, "#candidate-title", SEEN)
+    number = going_up.session.queue.current().number
+    focus_by_keyboard(page, "candidate-no")
+    going_up.pipeline.refute = lambda place_xy: going_up.approach(None)
+    page.keyboard.press("Enter")
+    page.locator("#candidate").wait_for(state="hidden")
+    says(page, "#log li", "yellow chair: you say that is not it; the search goes on")
+    assert going_up.session.queue.current().number == number
+
+
+def test_go_there_is_taken_and_may_be_taken_back(page, going_up):
+    says(page, "#candidate-title", SEEN)
+    page.get_by_role("button", name="Go there").click()
+    says(page, "#candidate-question", "It goes there, and stops there.")
+    assert not page.locator("#candidate-yes").is_visible()
+    assert going_up.pipeline.affirmed == [(3.0, 2.5)]
+    says(page, "#log li", "yellow chair: you say go there")
+    page.get_by_role("button", name="Keep looking").click()
+    until(page, lambda: going_up.pipeline.refuted == 1)
+    says(page, "#candidate-question", "It takes a closer look.")  # it goes up to it all the same
+
+
+def test_an_answer_that_comes_too_late_is_refused_in_words(page, going_up):
+    says(page, "#candidate-title", SEEN)
+    judge = going_up.session.judge_candidate
+    going_up.session.judge_candidate = lambda number, **said: judge(number - 1, **said)
+    page.get_by_role("button", name="Go there").click()
+    says(page, "#candidate-question", "Not asked: the robot has turned to something else by now.")
+    assert going_up.pipeline.affirmed == []
+
+
+def arrive(robot):
     robot.arrive("a very yellow chair of a very longwindednameunbrokenbyanyblank", chair())
-    says(page, "#arrival-question", "Is this it?")
-    until(page, lambda: page.locator("#arrival-picture").evaluate("one => one.naturalWidth") == 400)
-    snapshot(page, f"arrival-phone-{scheme}")
+    return "Is this it?"
+
+
+def go_up(robot):
+    robot.approach((3.0, 2.5), chair())
+    robot.session.ask(["yellow chair"])
+    return "It takes a closer look."
+
+
+def ask_on(page, robot, card, ask):
+    """Have the robot ask something, and wait until it is shown with its picture."""
+    says(page, f"#{card}-question", ask(robot))
+    says(page, f"#{card}-title", "yellow chair")
+    picture = page.locator(f"#{card}-picture")
+    until(page, lambda: picture.evaluate("one => one.naturalWidth") == 400)
+
+
+CARDS = pytest.mark.parametrize(("card", "ask"), [("arrival", arrive), ("candidate", go_up)])
+
+
+@CARDS
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_small_phone_has_room_for_the_question(
+    open_page, server, robot, snapshot, scheme, card, ask
+):
+    page = open_page(server.url, **touch_screen(320, 700), color_scheme=scheme)
+    ask_on(page, robot, card, ask)
+    snapshot(page, f"{card}-phone-{scheme}")
     assert page.evaluate("document.documentElement.scrollWidth") <= 320
-    answers = [box_of(page.locator(name)) for name in ("#arrival-yes", "#arrival-no")]
     stop = box_of(page.locator("#stop"))
-    for answer in answers:
+    for name in ("yes", "no"):
+        answer = box_of(page.locator(f"#{card}-{name}"))
         assert min(answer["width"], answer["height"]) >= 44
         assert answer["y"] + answer["height"] <= stop["y"]
     assert page.complaints == []
 
 
+@CARDS
 def test_on_a_wide_screen_the_question_stands_beside_the_pictures(
-    open_page, server, robot, snapshot
+    open_page, server, robot, snapshot, card, ask
 ):
     page = open_page(server.url, viewport={"width": 1280, "height": 900})
-    robot.arrive("yellow chair", chair())
-    says(page, "#arrival-title", TITLE)
-    until(page, lambda: page.locator("#arrival-picture").evaluate("one => one.naturalWidth") == 400)
-    snapshot(page, "arrival-desktop")
-    assert box_of(page.locator("#arrival"))["x"] > 800
+    ask_on(page, robot, card, ask)
+    snapshot(page, f"{card}-desktop")
+    assert box_of(page.locator(f"#{card}"))["x"] > 800

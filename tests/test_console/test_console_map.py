@@ -22,11 +22,6 @@ SCROLLED = "document.getElementById('page').scrollTop"
 CORRIDOR = [[0.5, 0.5], [1.5, 0.5], [1.5, 3.0]]
 
 
-@pytest.fixture
-def picture(page, server):
-    return MapPicture(page, server)
-
-
 def tasks(robot):
     return [task.request for task in robot.session.queue.tasks()]
 

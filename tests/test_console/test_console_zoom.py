@@ -12,11 +12,6 @@ PHONE = touch_screen(360, 740)
 
 
 @pytest.fixture
-def picture(page, server):
-    return MapPicture(page, server)
-
-
-@pytest.fixture
 def turned(page, picture, robot):
     """The map of a room whose walls lie askew."""
     robot.see(askew_room(ANGLE))

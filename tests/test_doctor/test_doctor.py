@@ -32,12 +32,18 @@ def test_a_machine_without_devices_gets_one_remedy_each(tmp_path):
     assert findings["disk"].verdict is not Grade.BAD
 
 
-def test_it_is_done_within_20_s_when_nothing_answers(tmp_path, monkeypatch):
+@pytest.fixture
+def silent_clock(monkeypatch):
+    """A clock by which no check answers."""
     clock = SimulatedClock()
     start = clock.start
     monkeypatch.setattr(clock, "start", lambda _check, _latency: start(list, math.inf))
-    findings = examine(Config(), clock, tmp_path)
-    assert clock.now() < 20.0
+    return clock
+
+
+def test_it_is_done_within_20_s_when_nothing_answers(silent_clock, tmp_path):
+    findings = examine(Config(), silent_clock, tmp_path)
+    assert silent_clock.now() < 20.0
     subjects = ["base", "camera", "CLIP", "clock", "disk", "microphone"]
     assert [each.subject for each in findings] == subjects
     assert all(each.verdict is Grade.BAD and each.remedy for each in findings)
@@ -125,6 +131,34 @@ def test_a_microphone_is_what_captures(monkeypatch, sound, verdict, found):
     assert ("plug one in" in finding.remedy) == (verdict is Grade.POOR)
 
 
+@pytest.fixture
+def timed(monkeypatch, mean_colours):
+    """Has an encoder timed with some settings.
+
+    `took` is the time that a number of patches takes after batches of some sizes. Returns what is
+    found, by which names the encoder was opened, and the sizes of all batches.
+    """
+
+    def timed(took=lambda count, before: 0.0, **settings):
+        clock, asked, sizes = FakeClock(), [], []
+
+        def embed_images(images):
+            clock.time += took(len(images), sizes)
+            sizes.append(len(images))
+            return mean_colours.embed_images(images)
+
+        encoder = SimpleNamespace(model_id="slow", notice=None, embed_images=embed_images)
+        monkeypatch.setattr("vizbot.doctor.require_encoder", lambda *_: None)
+        monkeypatch.setattr(
+            "vizbot.doctor.open_encoder", lambda *name: asked.append(name) or encoder
+        )
+        config = Config.model_validate(settings)
+        clip, _ = doctor._encoder(config, clock, doctor._Trial(), False)
+        return clip, asked, sizes
+
+    return timed
+
+
 @pytest.mark.parametrize(
     ("seconds", "verdict", "shown"),
     [
@@ -134,25 +168,9 @@ def test_a_microphone_is_what_captures(monkeypatch, sound, verdict, found):
         (53.0, Grade.POOR, ", about 53.0 s"),
     ],
 )
-def test_an_encoder_that_takes_a_second_or_more_for_a_frame_is_poor(
-    monkeypatch, mean_colours, seconds, verdict, shown
-):
-    clock = FakeClock()
-
-    class SlowEncoder:
-        model_id, notice = "slow", None
-
-        def embed_images(self, images):
-            clock.time += seconds * len(images) / 25
-            sizes.append(len(images))
-            return mean_colours.embed_images(images)
-
-    asked, sizes = [], []
-    monkeypatch.setattr("vizbot.doctor.require_encoder", lambda *_: None)
-    monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *name: asked.append(name) or slow)
-    slow = SlowEncoder()
-    config = Config(clip="ViT-L/14", device="auto", half=True)
-    clip, _ = doctor._encoder(config, clock, doctor._Trial(), False)
+def test_an_encoder_that_takes_a_second_or_more_for_a_frame_is_poor(timed, seconds, verdict, shown):
+    settings = {"clip": "ViT-L/14", "device": "auto", "half": True}
+    clip, asked, sizes = timed(lambda count, _: seconds * count / 25, **settings)
     assert asked == [("ViT-L/14", "auto", True)]
     assert clip.verdict is verdict and f"{shown} a frame (25 patches)" in clip.found
     assert sum(sizes) == (2 if seconds > 5 else 26 if verdict is Grade.POOR else 51)
@@ -160,60 +178,35 @@ def test_an_encoder_that_takes_a_second_or_more_for_a_frame_is_poor(
         assert (remedy in clip.remedy) == (verdict is Grade.POOR)
 
 
-def test_a_gpu_that_prepares_itself_for_the_first_batch_of_a_size_is_timed_by_the_second(
-    monkeypatch, mean_colours
-):
-    clock, sizes = FakeClock(), []
+def test_a_gpu_that_prepares_itself_for_the_first_batch_of_a_size_is_timed_by_the_second(timed):
+    def took(count, before):
+        return 0.017 if count in before else 0.14
 
-    class Gpu:
-        model_id, notice = "on a GPU", None
-
-        def embed_images(self, images):
-            clock.time += 0.017 if len(images) in sizes else 0.14
-            sizes.append(len(images))
-            return mean_colours.embed_images(images)
-
-    monkeypatch.setattr("vizbot.doctor.require_encoder", lambda *_: None)
-    monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *_: Gpu())
-    clip, _ = doctor._encoder(Config(clip="ViT-L/14"), clock, doctor._Trial(), False)
+    clip, _, sizes = timed(took, clip="ViT-L/14")
     assert "17 ms a frame (25 patches)" in clip.found
     assert sizes == [1, 25, 25]
 
 
-def test_fewer_scales_are_fewer_patches(monkeypatch, mean_colours):
-    monkeypatch.setattr("vizbot.doctor.require_encoder", lambda *_: None)
-    monkeypatch.setattr("vizbot.doctor.open_encoder", lambda *_: mean_colours)
-    few = {"clip": "ViT-B/32", "perception": {"clip_mapper": {"scales": [0]}}}
-    config = Config.model_validate(few)
-    clip, _ = doctor._encoder(config, FakeClock(), doctor._Trial(), False)
+def test_fewer_scales_are_fewer_patches(timed):
+    clip, *_ = timed(clip="ViT-B/32", perception={"clip_mapper": {"scales": [0]}})
     assert "a frame (4 patches)" in clip.found
 
 
-def test_an_encoder_whose_first_patch_does_not_end_is_poor_by_what_it_took_so_far(
-    tmp_path, monkeypatch
+@pytest.mark.parametrize(
+    ("embeds_after", "found", "remedy"),
+    [(None, "not loaded after 100 s", ""), (20.0, "over 1000 s a frame", "smaller encoder")],
+)
+def test_an_encoder_that_does_not_end_is_poor_by_what_it_took_so_far(
+    silent_clock, tmp_path, monkeypatch, embeds_after, found, remedy
 ):
-    clock = SimulatedClock()
-    start, began = clock.start, clock.now()
-    trial = doctor._Trial(began, first_patch=began + 20.0)
-    monkeypatch.setattr(clock, "start", lambda _check, _latency: start(list, math.inf))
+    trial = doctor._Trial(silent_clock.now())
+    if embeds_after is not None:
+        trial.first_patch = trial.began + embeds_after
     monkeypatch.setattr(doctor, "_Trial", lambda: trial)
-    found = examine(Config(clip="ViT-L/14"), clock, tmp_path)
-    [clip] = [each for each in found if each.subject == "CLIP"]
+    findings = examine(Config(clip="ViT-L/14"), silent_clock, tmp_path)
+    [clip] = [each for each in findings if each.subject == "CLIP"]
     assert clip.verdict is Grade.POOR
-    assert clip.found == "ViT-L/14: over 1000 s a frame" and "smaller encoder" in clip.remedy
-
-
-def test_an_encoder_that_is_still_being_loaded_is_poor_by_the_time_it_took_so_far(
-    tmp_path, monkeypatch
-):
-    clock = SimulatedClock()
-    start, began = clock.start, clock.now()
-    monkeypatch.setattr(clock, "start", lambda _check, _latency: start(list, math.inf))
-    trial = doctor._Trial(began)
-    monkeypatch.setattr(doctor, "_Trial", lambda: trial)
-    found = examine(Config(clip="ViT-L/14"), clock, tmp_path)
-    [clip] = [each for each in found if each.subject == "CLIP"]
-    assert clip.verdict is Grade.POOR and clip.found == "ViT-L/14: not loaded after 100 s"
+    assert clip.found == f"ViT-L/14: {found}" and remedy in clip.remedy
 
 
 @pytest.mark.parametrize(("asked", "verdict"), [(False, Grade.BAD), (True, Grade.POOR)])

@@ -12,6 +12,7 @@ from drivers.roomba.serial_port import open_serial
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.free_floor import FreeFloor
+from tests.helpers.failing import raising
 from tests.helpers.roomba_rig import NoisyPort
 from vizbot import doctor
 from vizbot.config import Config
@@ -120,10 +121,7 @@ def chatter(port):
 
 
 def unplugged(port):
-    def write(_sent):
-        raise OSError("device disconnected")
-
-    port.write = write
+    port.write = raising(OSError("device disconnected"))
     return port
 
 

@@ -6,12 +6,6 @@ import pytest
 
 from tests.helpers.documented_api import DocumentedClient
 from tests.helpers.served import served
-from vizbot.operator.session.session import OperatorSession
-
-
-@pytest.fixture
-def session():
-    return OperatorSession()
 
 
 @pytest.fixture

@@ -104,27 +104,19 @@ def test_a_head_that_is_obeyed_is_a_stop_whatever_it_promises(accepting, head):
         STOP.replace(b"1.1", b"2.0"),
         STOP.replace(b"POST", b"post"),
         STOP[:-4] + b"\r\nA: " + 9000 * b"a",
+        # Other requests.
+        STOP.replace(b"/stop", b"/stopped"),
+        STOP.replace(b"/stop", b"/state"),
+        STOP.replace(b"/stop", b"/"),
+        STOP.replace(b"/stop", b"stop"),
+        # Stops of another site.
+        STOP.replace(b"Host", b"Origin: http://elsewhere\r\nHost"),
+        STOP.replace(b"Host", b"Sec-Fetch-Site: cross-site\r\nHost"),
+        STOP.replace(b"Host", b"sec-fetch-site:same-site\r\nHost"),
     ],
 )
-def test_what_only_looks_like_a_stop_goes_the_other_way(accepting, head):
+def test_what_is_no_stop_or_only_looks_like_one_goes_the_other_way(accepting, head):
     client = accepting.connect(head)
-    assert accepting.passed_on(accepting.stops) == []
-    assert accepting.passed_on(accepting.others) == [port_of(client)]
-
-
-@pytest.mark.parametrize("target", [b"/stopped", b"/state", b"/", b"stop"])
-def test_other_requests_go_the_other_way(accepting, target):
-    client = accepting.connect(STOP.replace(b"/stop", target))
-    assert accepting.passed_on(accepting.stops) == []
-    assert accepting.passed_on(accepting.others) == [port_of(client)]
-
-
-@pytest.mark.parametrize(
-    "header",
-    [b"Origin: http://elsewhere", b"Sec-Fetch-Site: cross-site", b"sec-fetch-site:same-site"],
-)
-def test_a_stop_of_another_site_goes_with_the_rest(accepting, header):
-    client = accepting.connect(STOP.replace(b"Host", header + b"\r\nHost"))
     assert accepting.passed_on(accepting.stops) == []
     assert accepting.passed_on(accepting.others) == [port_of(client)]
 
@@ -143,10 +135,14 @@ def test_a_request_is_left_on_the_socket(accepting):
         assert passed.recv(4096) == STOP
 
 
-def test_a_stop_passes_where_nothing_else_does(opened, monkeypatch):
+@pytest.fixture
+def three_at_most(monkeypatch):
+    """Of one address, but for stops."""
     monkeypatch.setattr(acceptor, "_BURST", 3.0)
     monkeypatch.setattr(acceptor, "_RATE", 0.0)
-    accepting = Accepting(opened)
+
+
+def test_a_stop_passes_where_nothing_else_does(three_at_most, accepting):
     for _ in range(5):
         accepting.connect(ASK)
     stop = accepting.connect(STOP)
@@ -159,10 +155,9 @@ def test_a_stop_passes_where_nothing_else_does(opened, monkeypatch):
 @pytest.mark.parametrize(
     ("length", "passes"), [(b"40", True), (b"257", False), (b"", False), (b"9" * 5000, False)]
 )
-def test_what_may_be_a_typed_stop_waits_for_no_other_request(opened, monkeypatch, length, passes):
-    monkeypatch.setattr(acceptor, "_BURST", 3.0)
-    monkeypatch.setattr(acceptor, "_RATE", 0.0)
-    accepting = Accepting(opened)
+def test_what_may_be_a_typed_stop_waits_for_no_other_request(
+    three_at_most, accepting, length, passes
+):
     for _ in range(5):
         accepting.connect(SAY % b"600")
     said = accepting.connect(SAY % length)

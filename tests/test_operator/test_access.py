@@ -7,6 +7,8 @@ import stat
 import httpx
 import pytest
 
+from tests.helpers.failing import raising
+from tests.helpers.served import served
 from vizbot.core.errors import ConfigError
 from vizbot.operator.api.auth import Guard, store_token, stored_token, token_path
 from vizbot.operator.api.listener import reached_host
@@ -14,6 +16,12 @@ from vizbot.operator.api.proof import Credentials
 from vizbot.operator.api.server import Server
 from vizbot.operator.client.endpoint import Service
 from vizbot.operator.session.session import OperatorSession
+
+
+@pytest.fixture(autouse=True)
+def settings_folder(tmp_path, monkeypatch):
+    """Where tokens are kept."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
 
 
 class Guarded:
@@ -68,20 +76,16 @@ def test_beyond_this_machine_the_token_is_asked_for_but_not_to_stop():
     assert Guarded(token=None)(host) == 403
 
 
-def test_the_token_is_made_once_and_is_for_its_owner_alone(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    with Server(OperatorSession(), Service(host="0.0.0.0", port=0)) as first:
+def test_the_token_is_made_once_and_is_for_its_owner_alone(tmp_path):
+    with served(host="0.0.0.0") as first:
         assert token_path().read_text().strip() == first.token
-    with Server(OperatorSession(), Service(host="0.0.0.0", port=0)) as again:
+    with served(host="0.0.0.0") as again:
         assert again.token == first.token
     mode = (tmp_path / "vizbot/token").stat().st_mode
     assert stat.S_IMODE(mode) == 0o600
 
 
-def test_a_launch_that_fails_on_its_port_or_certificate_leaves_no_token_unseen(
-    tmp_path, monkeypatch
-):
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+def test_a_launch_that_fails_on_its_port_or_certificate_leaves_no_token_unseen(tmp_path):
     broken = tmp_path / "broken.pem"
     broken.write_text("no certificate")
     with socket.create_server(("0.0.0.0", 0)) as taken:
@@ -92,9 +96,8 @@ def test_a_launch_that_fails_on_its_port_or_certificate_leaves_no_token_unseen(
     assert not token_path().exists()
 
 
-def test_the_address_that_is_shown_opens_with_the_token_in_it(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    with Server(OperatorSession(), Service(host="0.0.0.0", port=0)) as server:
+def test_the_address_that_is_shown_opens_with_the_token_in_it():
+    with served(host="0.0.0.0") as server:
         shown = httpx.URL(server.console_url)
         assert shown.params["token"] == server.token and shown.host != "0.0.0.0"
         assert httpx.get(shown).headers["content-type"].startswith("text/html")
@@ -103,7 +106,7 @@ def test_the_address_that_is_shown_opens_with_the_token_in_it(tmp_path, monkeypa
         assert wrong.json()["detail"].startswith("that is not this robot's token")
         none = httpx.get(shown.copy_with(path="/state", query=None))
         assert none.json()["detail"].startswith("give the robot's token")
-    with Server(OperatorSession(), Service(port=0)) as here:
+    with served() as here:
         assert here.console_url == here.url
 
 
@@ -117,10 +120,7 @@ def test_all_addresses_are_reached_at_one_of_this_computers(host):
 
 
 def test_a_computer_without_a_network_is_reached_by_its_name(monkeypatch):
-    def unreachable(probe, address):
-        raise OSError("Network is unreachable")
-
-    monkeypatch.setattr(socket.socket, "connect", unreachable)
+    monkeypatch.setattr(socket.socket, "connect", raising(OSError("Network is unreachable")))
     assert reached_host("0.0.0.0") == socket.gethostname()
 
 
@@ -136,8 +136,7 @@ ELSEWHERE = ("robot", "203.0.113.9", "[2001:db8::9]", "localhost.example", "127.
 
 
 @pytest.mark.parametrize("host", [*HERE, *ELSEWHERE])
-def test_the_kept_token_is_for_this_machine_alone(tmp_path, monkeypatch, host):
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+def test_the_kept_token_is_for_this_machine_alone(host):
     store_token("a" * 32)
     kept = "a" * 32 if host in HERE else None
     assert stored_token(f"http://{host}:8787") == kept
@@ -152,8 +151,7 @@ def test_no_token_goes_to_what_is_no_address(url):
 
 
 @pytest.mark.parametrize("content", ["", "short\n", b"\xff\xfe" * 20])
-def test_a_token_that_is_none_is_one_line(tmp_path, monkeypatch, content):
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
+def test_a_token_that_is_none_is_one_line(tmp_path, content):
     path = tmp_path / "vizbot/token"
     path.parent.mkdir()
     path.write_bytes(content if isinstance(content, bytes) else content.encode())

@@ -7,7 +7,8 @@ from contextlib import closing
 import pytest
 
 from tests.helpers.clients import open_client
-from tests.helpers.served import served, wait_for
+from tests.helpers.roomba_rig import wait_for
+from tests.helpers.served import served
 from vizbot.operator.api.connections import connection_limits
 
 STOP = b"POST /stop HTTP/1.1\r\nHost: localhost\r\n"

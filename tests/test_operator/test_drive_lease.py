@@ -1,5 +1,7 @@
 """Driving by hand over a link that lags, reorders, repeats and breaks."""
 
+from types import SimpleNamespace
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -10,24 +12,15 @@ from vizbot.operator.session.drive_lease import OLDEST, DriveLease
 AHEAD = Twist(0.2, 0.0)
 
 
-class Hand:
-    """A clock that is set by hand."""
-
-    def __init__(self):
-        self.time = 100.0
-
-    def now(self):
-        return self.time
-
-
 @pytest.fixture
 def hand():
-    return Hand()
+    """A clock that is set by hand."""
+    return SimpleNamespace(time=100.0)
 
 
 @pytest.fixture
 def lease(hand):
-    return DriveLease(hand.now)
+    return DriveLease(lambda: hand.time)
 
 
 def test_nobody_drives_before_somebody_takes_the_wheel(lease):
@@ -60,12 +53,12 @@ def test_a_command_from_the_future_has_no_effect(lease, hand):
 
 @given(st.lists(st.integers(0, 8), max_size=30))
 def test_of_commands_that_are_reordered_and_repeated_only_later_ones_count(numbers):
-    hand = Hand()
-    lease = DriveLease(hand.now)
+    now = 100.0
+    lease = DriveLease(lambda: now)
     link = lease.take("ann")
     newest = -1
     for number in numbers:
-        counts = lease.accept(link, number, hand.time, Twist(number / 10, 0.0))
+        counts = lease.accept(link, number, now, Twist(number / 10, 0.0))
         assert counts == (number > newest)
         newest = max(newest, number)
         assert lease.twist() == Twist(newest / 10, 0.0)

@@ -6,7 +6,8 @@ import httpx
 import pytest
 
 from tests.helpers.impostor import Impostor, http_answer
-from tests.helpers.served import served, wait_for
+from tests.helpers.roomba_rig import wait_for
+from tests.helpers.served import served
 from vizbot.core.errors import DeviceError
 from vizbot.operator.api.auth import store_token, token_path
 from vizbot.operator.api.proof import Credentials, prove, run_token
@@ -143,8 +144,7 @@ def test_a_robot_with_another_token_is_refused():
 
 
 @pytest.mark.parametrize("host", ["0.0.0.0", "127.0.0.1", "localhost"])
-def test_the_robot_itself_proves_to_know_the_token_once_for_all_requests(challenges, host):
-    session = OperatorSession()
+def test_the_robot_itself_proves_to_know_the_token_once_for_all_requests(challenges, session, host):
     with (
         served(session, host="0.0.0.0") as server,
         RobotClient(server.url.replace("0.0.0.0", host), None) as client,

@@ -1,6 +1,7 @@
 """The running robot's map over the network: asked, limited, kept, changed."""
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,9 +14,10 @@ from mapping.map_snapshot import MapSnapshot
 from tests.fuzz.spoilt_maps import replacing
 from tests.helpers.bundles import NO_MAP, bundle_of
 from tests.helpers.documented_api import DocumentedClient
-from tests.helpers.roomba_rig import DEADLINE
+from tests.helpers.failing import raising
+from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.helpers.scripted_robot import ScriptedBase
-from tests.helpers.served import served, wait_for
+from tests.helpers.served import refusal, served
 from vizbot.config import Config, ObjectNavConfig
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
@@ -46,11 +48,8 @@ class Robot:
 
     def start(self):
         self._loop.start()
-        wait_for(
-            lambda: (
-                self.session.newest_step() is not None and len(self.session.newest_step().points)
-            )
-        )
+        newest = self.session.newest_step
+        wait_for(lambda: newest() is not None and len(newest().points))
 
     def end(self):
         self.session.closed.set()
@@ -74,11 +73,11 @@ def http(robot):
         robot.end()
 
 
-def drive_ahead(robot, metres=1.0):
-    """As somebody by hand would."""
-    robot.session.jobs.submit(lambda pipeline: robot.body.drive(Twist(metres / 0.21, 0.0))).result(
-        9
-    )
+def drive_ahead(robot):
+    """As somebody by hand would, until it is a metre away."""
+    motion = Twist(1.0 / 0.21, 0.0)
+    robot.session.jobs.submit(lambda pipeline: robot.body.drive(motion)).result(9)
+    wait_for(lambda: robot.session.newest_step().T_map_base[0, 3] > 0.9)
 
 
 def test_the_map_is_asked_in_words(robot, http):
@@ -130,13 +129,12 @@ def test_before_there_is_a_map_nothing_is_on_it(robot, http, method, threshold):
     assert http.get("/map/vocabulary").json() == {"phrases": []}
     refused = http.put("/maps/home", json={})
     loop.join()
-    assert refused.status_code == 409 and "has no map yet" in refused.json()["detail"]
+    assert "has no map yet" in refusal(refused)
 
 
 def test_what_was_refused_because_the_robot_is_busy_does_not_happen_later(robot, http, monkeypatch):
     monkeypatch.setattr("vizbot.operator.session.loop_jobs.WITHIN", 0.05)
-    refused = http.put("/map/keep-out", json={"zones": [SQUARE]})
-    assert refused.status_code == 503 and "ask again" in refused.json()["detail"]
+    assert "ask again" in refusal(http.put("/map/keep-out", json={"zones": [SQUARE]}), 503)
     robot.start()
     assert robot.pipeline.keep_out == ()
 
@@ -196,26 +194,22 @@ def test_zones_of_people_who_draw_and_remove_at_once_are_all_there(robot, http):
     zones = [[[x + n, y] for x, y in SQUARE] for n in range(6)]
     http.put("/map/keep-out", json={"zones": zones[:3]})
 
-    def change(method, zone):
-        assert http.request(method, "/map/keep-out", json={"corners": zone}).status_code == 200
+    def change(number):
+        method, corners = "DELETE" if number < 3 else "POST", zones[number]
+        return http.request(method, "/map/keep-out", json={"corners": corners}).status_code
 
-    changes = [*(("DELETE", zone) for zone in zones[:3]), *(("POST", zone) for zone in zones[3:])]
-    people = [threading.Thread(target=change, args=one) for one in changes]
-    for person in people:
-        person.start()
-    for person in people:
-        person.join()
+    with ThreadPoolExecutor(6) as people:
+        assert [*people.map(change, range(6))] == [200] * 6
     assert sorted(http.get("/map/keep-out").json()["zones"]) == zones[3:]
     assert robot.session.log.lines()[-1].text == "keep-out zones: 3"
 
 
 def test_a_zone_that_is_gone_and_one_too_many_are_refused(robot, http):
     robot.start()
-    gone = http.request("DELETE", "/map/keep-out", json={"corners": SQUARE})
-    assert gone.status_code == 409 and "no such zone" in gone.json()["detail"]
+    refused = refusal(http.request("DELETE", "/map/keep-out", json={"corners": SQUARE}))
+    assert "no such zone" in refused
     http.put("/map/keep-out", json={"zones": [SQUARE] * 100})
-    more = http.post("/map/keep-out", json={"corners": SQUARE})
-    assert more.status_code == 409 and "remove one first" in more.json()["detail"]
+    assert "remove one first" in refusal(http.post("/map/keep-out", json={"corners": SQUARE}))
     assert http.post("/map/keep-out", json={"corners": SQUARE[:2]}).status_code == 422
 
 
@@ -238,9 +232,7 @@ def test_a_map_is_kept_under_a_name_and_not_written_over_unasked(robot, http, tm
     assert http.get("/maps").json()["names"] == []
     assert http.put("/maps/ground floor", json={}).status_code == 200
     assert http.get("/maps").json()["names"] == ["ground floor"]
-    again = http.put("/maps/ground floor", json={})
-    assert again.status_code == 409
-    assert "replace it or name another" in again.json()["detail"]
+    assert "replace it or name another" in refusal(http.put("/maps/ground floor", json={}))
     assert http.put("/maps/ground floor", json={"replace": True}).status_code == 200
     kept = map_bundle.load(tmp_path / "vizbot" / "maps" / "ground floor")
     assert len(kept.keyframes.ids) > 0
@@ -257,7 +249,6 @@ def test_a_robot_goes_on_in_a_kept_map_and_the_one_it_leaves_is_not_lost(robot, 
     robot.start()
     http.put("/maps/home", json={})
     drive_ahead(robot)
-    wait_for(lambda: robot.session.newest_step().T_map_base[0, 3] > 0.9)
     left = http.post("/maps/home/begin").json()["left"]
     assert left.startswith("left ")
     assert set(http.get("/maps").json()["names"]) == {"home", left}
@@ -280,9 +271,8 @@ def test_a_map_that_cannot_be_saved_is_asked_for_once_more_and_left_then(
     http.put("/map/keep-out", json={"zones": [SQUARE]})
     cause(monkeypatch)
     number = robot.pipeline.map.number
-    refused = http.post("/map/new")
-    assert refused.status_code == 409 and robot.pipeline.map.number == number
-    said = refused.json()["detail"]
+    said = refusal(http.post("/map/new"))
+    assert robot.pipeline.map.number == number
     assert NO_MAP[cause] in said and "; or ask once more to leave this map" in said
     assert http.post("/map/new").json() == {"left": None}
     assert robot.pipeline.map.number == number + 1
@@ -299,8 +289,7 @@ def test_a_map_that_has_nearly_the_largest_size_is_not_gone_on_in(robot, http, m
     robot.start()
     http.put("/maps/home", json={}).raise_for_status()
     monkeypatch.setattr(map_bundle, "MOST_BYTES", map_bundle.GROWTH)
-    refused = http.post("/maps/home/begin")
-    assert refused.status_code == 409 and "begin a new one" in refused.json()["detail"]
+    assert "begin a new one" in refusal(http.post("/maps/home/begin"))
     assert robot.pipeline.map.saved is None
 
 
@@ -308,31 +297,21 @@ def test_maps_are_not_changed_under_a_robot_that_has_something_to_do(robot, http
     monkeypatch.setattr(BeliefSearch, "go", lambda *_: Decision(STOP, "thinking"))
     robot.start()
     drive_ahead(robot)
-    wait_for(lambda: robot.session.newest_step().T_map_base[0, 3] > 0.9)
     robot.session.ask(["blue chair"])
     wait_for(lambda: robot.session.newest_step().goal == "blue chair")
-    refused = http.post("/map/new")
-    assert refused.status_code == 409
-    assert "stop it before it changes maps" in refused.json()["detail"]
+    assert "stop it before it changes maps" in refusal(http.post("/map/new"))
     robot.session.stop("ann")
     wait_for(lambda: robot.session.queue.current() is None)
     assert robot.session.take_lease("bert") is not None
-    refused = http.post("/map/new")
-    assert refused.status_code == 409 and "bert drives by hand" in refused.json()["detail"]
+    assert "bert drives by hand" in refusal(http.post("/map/new"))
     assert http.get("/maps").json()["names"] == []
 
 
 def test_people_who_keep_a_map_at_once_leave_one_that_is_whole(robot, http, tmp_path):
     robot.start()
     http.put("/maps/home", json={})
-    saving = [
-        threading.Thread(target=lambda: http.put("/maps/home", json={"replace": True}))
-        for _ in range(6)
-    ]
-    for thread in saving:
-        thread.start()
-    for thread in saving:
-        thread.join()
+    with ThreadPoolExecutor(6) as people:
+        list(people.map(lambda _: http.put("/maps/home", json={"replace": True}), range(6)))
     assert len(map_bundle.load(tmp_path / "vizbot" / "maps" / "home").keyframes.ids) > 0
     assert http.get("/maps").json()["names"] == ["home"]
 
@@ -351,8 +330,7 @@ def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp
     robot.start()
     assert http.post("/maps/nowhere/begin").status_code == 409
     map_bundle.save(bundle_of(model_id="ViT-B/32"), tmp_path / "vizbot" / "maps" / "other")
-    refused = http.post("/maps/other/begin")
-    assert refused.status_code == 409 and "ViT-B/32" in refused.json()["detail"]
+    assert "ViT-B/32" in refusal(http.post("/maps/other/begin"))
     assert robot.pipeline.map.saved is None
 
 
@@ -361,9 +339,8 @@ def test_a_map_with_wrong_arrays_leaves_the_robot_in_the_map_it_had(robot, http,
     http.put("/maps/home", json={})
     spoil = replacing("elements.keyframes", lambda keyframes: np.full_like(keyframes, 7))
     spoil(tmp_path / "vizbot" / "maps" / "home")
-    refused = http.post("/maps/home/begin")
-    assert refused.status_code == 409
-    assert "elements.keyframes refers to a keyframe that is not there" in refused.json()["detail"]
+    refused = refusal(http.post("/maps/home/begin"))
+    assert "elements.keyframes refers to a keyframe that is not there" in refused
     step = robot.session.newest_step()
     wait_for(lambda: robot.session.newest_step().index > step.index)
     assert robot.session.newest_step().map_number == step.map_number
@@ -372,14 +349,9 @@ def test_a_map_with_wrong_arrays_leaves_the_robot_in_the_map_it_had(robot, http,
 
 def test_a_disk_that_is_full_is_told(robot, http, monkeypatch):
     robot.start()
-
-    def full(bundle, folder):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("mapping.map_bundle.save", full)
-    refused = http.put("/maps/home", json={})
-    assert refused.status_code == 409
-    assert "No space left on device" in refused.json()["detail"]
+    full = OSError(28, "No space left on device")
+    monkeypatch.setattr("mapping.map_bundle.save", raising(full))
+    assert "No space left on device" in refusal(http.put("/maps/home", json={}))
 
 
 def said(http, text):

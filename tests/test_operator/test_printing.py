@@ -6,13 +6,11 @@ import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.map_bundle import save
 from tests.helpers.bundles import bundle_of
-from vizbot.cli.app import main
 from vizbot.commands import doctor, remote
 from vizbot.commands.map import describe
 from vizbot.commands.progress import Progress
@@ -60,11 +58,8 @@ def test_a_map_cannot_steer_the_terminal_by_its_notice_or_model(tmp_path, capsys
     assert json.loads(capsys.readouterr().out)["notice"] == " ".join(STEERING.split())
 
 
-def test_an_error_cannot_steer_the_terminal_by_the_name_of_a_map(tmp_path, capfd, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["vizbot", "map", "info", str(tmp_path / STEERING)])
-    with pytest.raises(SystemExit):
-        main()
-    said = capfd.readouterr().err
+def test_an_error_cannot_steer_the_terminal_by_the_name_of_a_map(tmp_path, command_line):
+    _, _, said = command_line("map", "info", tmp_path / STEERING)
     assert SHOWN.partition(r"\u000d")[0] in said
     assert not set(said) & CONTROLS
 

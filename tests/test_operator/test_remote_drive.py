@@ -16,7 +16,6 @@ from vizbot.operator.client import remote_drive
 from vizbot.operator.client.base_json import base_report, base_state_of
 from vizbot.operator.client.remote_drive import RemoteDrive
 from vizbot.operator.client.robot_client import RobotClient
-from vizbot.operator.session.session import OperatorSession
 
 AHEAD = Twist(0.2, 0.1)
 STATE = BaseState(
@@ -26,16 +25,9 @@ STATE = BaseState(
 
 
 @pytest.fixture
-def session():
-    session = OperatorSession()
+def session(session):
     session.robot.base_state = lambda: STATE
     return session
-
-
-@pytest.fixture
-def client(session):
-    with served(session) as server, RobotClient(server.url, None) as client:
-        yield client
 
 
 def test_what_the_base_says_comes_back_as_it_was():

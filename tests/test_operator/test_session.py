@@ -1,6 +1,8 @@
-"""What operators see of a run: where the base was, how fast it steps."""
+"""What operators see of a run: where the base was, how fast it steps, what it warns of."""
 
+import logging
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,22 +10,13 @@ import pytest
 from tests.helpers.served import step
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Outcome
+from vizbot.operator.figures.steps import StepRate
+from vizbot.operator.session.notifications import log_warnings
 from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.verdicts import ApproachedCandidate, candidate_of
 
 
-class Time:
-    """A clock that stands until it is set."""
-
-    def __init__(self):
-        self.now = 100.0
-
-    def __call__(self):
-        return self.now
-
-
-def test_the_track_has_places_a_few_centimetres_apart():
-    session = OperatorSession()
+def test_the_track_has_places_a_few_centimetres_apart(session):
     assert session.track().shape == (0, 2)
     for index in range(21):
         session.on_step(step(index, x=0.02 * index))
@@ -34,8 +27,8 @@ def test_the_track_has_places_a_few_centimetres_apart():
 
 
 def test_the_step_rate_is_that_of_the_last_seconds_and_falls_when_steps_stop():
-    time = Time()
-    session = OperatorSession(now=time)
+    time = SimpleNamespace(now=100.0)
+    session = OperatorSession(now=lambda: time.now)
     assert session.step_rate() == 0.0
     for index in range(100):
         time.now += 0.1
@@ -45,8 +38,7 @@ def test_the_step_rate_is_that_of_the_last_seconds_and_falls_when_steps_stop():
     assert session.step_rate() == pytest.approx(5.0, abs=0.3)
 
 
-def test_a_goal_that_is_too_long_is_refused_in_one_line():
-    session = OperatorSession()
+def test_a_goal_that_is_too_long_is_refused_in_one_line(session):
     with pytest.raises(ConfigError, match="a goal has at most 200 letters"):
         session.ask(["a" * 201])
     assert session.queue.tasks() == []
@@ -79,3 +71,41 @@ def test_who_explores_or_has_arrived_goes_up_to_nothing():
 )  # fmt: skip
 def test_it_is_named_as_people_name_it(goal, named):
     assert ApproachedCandidate(1, goal, np.zeros(2)).headline == f"I see something like {named}"
+
+
+def rate_of(stamps, now=None):
+    rate = StepRate()
+    for stamp in stamps:
+        rate.add(stamp)
+    return rate.rate(stamps[-1] if now is None else now)
+
+
+def test_the_rate_is_the_mean_of_the_last_five_seconds():
+    assert rate_of([0.1 * n for n in range(100)]) == pytest.approx(10.0)
+    assert rate_of([*range(10), *(9.0 + 0.1 * n for n in range(1, 101))]) == pytest.approx(10.0)
+
+
+def test_a_slow_robot_has_a_rate_and_one_that_takes_no_more_steps_an_ever_lower_one():
+    assert rate_of([0.0, 20.0, 40.0]) == pytest.approx(0.05)
+    assert rate_of([0.0, 0.5, 1.0], now=20.0) == pytest.approx(0.1)
+
+
+def test_one_step_has_no_rate():
+    assert rate_of([3.0]) is None
+    assert rate_of([3.0], now=4.0) is None
+
+
+def test_people_are_shown_our_warnings_once_and_nobody_elses(session):
+    with log_warnings(session):
+        logging.getLogger("drivers.realsense.camera").warning(
+            "the camera is gone: %s", "plug it in"
+        )
+        logging.getLogger("vizbot.perception.sensor_reader").error("the camera is gone: plug it in")
+        logging.getLogger("mapping.slam.slam").info("tracking")
+        logging.getLogger("uvicorn.error").warning("Invalid HTTP request received.")
+        logging.getLogger("nav").warning("no way")
+    logging.getLogger("nav").warning("nobody listens any more")
+    assert [(line.code, line.text) for line in session.log.lines()] == [
+        ("warning", "the camera is gone: plug it in"),
+        ("warning", "no way"),
+    ]

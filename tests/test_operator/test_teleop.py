@@ -12,11 +12,8 @@ import time
 import pytest
 
 from drivers.roomba.serial_port import SerialAddress
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.body import Contacts
-from tests.helpers.roomba_rig import DEADLINE, Floor, open_lockstep, wait_for
-from vizbot.cli import app as cli
+from tests.helpers.roomba_rig import DEADLINE, open_lockstep, wait_for
 from vizbot.commands import teleop as command
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
@@ -74,17 +71,6 @@ def person():
     someone = Person()
     yield someone
     someone.hang_up()
-
-
-@pytest.fixture
-def floor():
-    return Floor()
-
-
-@pytest.fixture
-def stub(floor):
-    with on_wall_clock(SimulatedRoomba(floor)) as stub:
-        yield stub
 
 
 def open_base(stub):
@@ -212,7 +198,7 @@ def test_at_an_edge_it_says_so_and_backs_off_when_asked(person, floor, stub):
 
 
 @pytest.mark.parametrize("by_key", [True, False], ids=["key", "signal"])
-def test_ctrl_c_is_how_one_stops_to_drive(person, signals, monkeypatch, capsys, by_key):
+def test_ctrl_c_is_how_one_stops_to_drive(person, signals, monkeypatch, command_line, by_key):
     class Wheels(Scripted):
         def drive(self, twist):
             super().drive(twist)
@@ -222,11 +208,8 @@ def test_ctrl_c_is_how_one_stops_to_drive(person, signals, monkeypatch, capsys, 
     wheels = Wheels(DeviceTimeoutError("silent"))
     monkeypatch.setattr(command, "_STANDARD_INPUT", person.keyboard)
     monkeypatch.setattr(command, "open_base", lambda *_: wheels)
-    monkeypatch.setattr(sys, "argv", ["vizbot", "teleop", "--base", "sim"])
-    with pytest.raises(SystemExit) as end:
-        cli.main()
-    assert not end.value.code
-    assert "interrupted" not in capsys.readouterr().err
+    code, _, err = command_line("teleop", "--base", "sim")
+    assert not code and "interrupted" not in err
     assert wheels.told[-1] == STOP
 
 

@@ -4,6 +4,7 @@ import threading
 
 import pytest
 
+from tests.helpers.failing import raising
 from tests.helpers.scripted_robot import ScriptedBase
 from vizbot.core.errors import DeviceError
 from vizbot.core.types import STOP, Feedback, Twist
@@ -93,10 +94,7 @@ def test_what_the_base_said_long_ago_tells_nothing(shared, state, age):
 
 
 def test_a_base_that_is_gone_ends_no_holding(shared, monkeypatch):
-    def gone(*_):
-        raise DeviceError("gone")
-
-    monkeypatch.setattr(shared.body, "drive", gone)
+    monkeypatch.setattr(shared.body, "drive", raising(DeviceError("gone")))
     told = []
     shared.base.on_drive = lambda *command: told.append(command)
     shared.stopped.set()

@@ -6,17 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
+from tests.helpers.served import step as standing
 from vizbot.core.geometry import planar
-from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome, Step
-from vizbot.core.place_scores import Measure, PlaceScores
-from vizbot.core.types import (
-    ImuSamples,
-    Intrinsics,
-    OccupancyGrid,
-    PoseEstimate,
-    RGBDFrame,
-    Tracking,
-)
+from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome
+from vizbot.core.place_scores import PlaceScores
+from vizbot.core.types import ImuSamples, Intrinsics, OccupancyGrid, RGBDFrame, Tracking
 from vizbot.operator.figures.panels import TILE, panels
 from vizbot.operator.report.report import VIDEO, Report
 
@@ -36,34 +30,26 @@ def step():
     occupancy = np.full((80, 100), 0.5, np.float32)
     occupancy[20:60, 20:80] = 0.1
     occupancy[20, 20:80] = 0.9
-    estimate = PoseEstimate(0.0, np.eye(4), 0, np.eye(4), True, Tracking.TRACKING)
-    return Step(
-        index=0,
-        frame=RGBDFrame(
-            0.0, rng.integers(0, 255, (48, 64, 3), np.uint8), depth, camera, ImuSamples.none()
-        ),
-        frame_number=0,
-        map_number=0,
-        estimate=estimate,
+    rgb = rng.integers(0, 255, (48, 64, 3), np.uint8)
+    plain = standing(0)
+    return replace(
+        plain,
+        frame=RGBDFrame(0.0, rgb, depth, camera, ImuSamples.none()),
+        estimate=replace(plain.estimate, is_keyframe=True),
         T_map_base=planar(2.0, 2.0, 0.5),
         grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
         goal="yellow <chair>",
         activity="looking closer",
-        why="",
         path=np.array([[2.0, 2.0], [2.5, 2.0], [3.5, 2.5]]),
         target=np.array([3.5, 2.5]),
         distance_to_go=1.6,
         scores=PlaceScores.of_points(POINTS, np.array([0.4, 0.1], np.float32), 0.25),
-        measure=Measure.PROBABILITY,
-        threshold=0.3,
         points=POINTS,
         frames=np.array([0, 0], np.int32),
         boxes=np.array([[16, 8, 48, 40], [0, 0, 16, 16]], np.int32),
         keyframe_poses={0: planar(1.5, 2.0, 0.0), 1: planar(2.0, 2.0, 0.5)},
         closures=[(0, 1)],
         frontiers=np.array([[4.0, 1.0]]),
-        ended=None,
-        command=None,
     )
 
 
@@ -95,11 +81,9 @@ def test_north_is_up_on_the_map(step):
     assert wall_rows.min() > TILE[1] / 2  # the wall is at the southern edge of what is known
 
 
-def test_the_page_is_one_file_that_plays_the_video_and_escapes_the_goal(step, tmp_path):
-    report = Report(tmp_path, "rehearsal model")
-    for _ in range(3):
-        report.on_step(step)
-    report.on_goal(GoalReport("yellow <chair>", Outcome.ARRIVED, "similarity", (CANDIDATE,)))
+def test_the_page_is_one_file_that_plays_the_video_and_escapes_the_goal(step, report_of, tmp_path):
+    found = GoalReport("yellow <chair>", Outcome.ARRIVED, "similarity", (CANDIDATE,))
+    report = report_of(step, step, step, found, notice="rehearsal model")
     page = report.finish({"success": True}, attributions=["Sofa by A. N. Author"]).read_text()
     assert "Sofa by A. N. Author" in page
     assert "yellow &lt;chair&gt;" in page and "<chair>" not in page
@@ -112,18 +96,11 @@ def test_the_page_is_one_file_that_plays_the_video_and_escapes_the_goal(step, tm
     assert readable and frame.shape == (*VIDEO[::-1], 3)
 
 
-def test_the_last_map_shows_the_path_to_what_was_found(step, tmp_path):
+def test_the_last_map_shows_the_path_to_what_was_found(step, page_of):
     at_the_end = replace(step, index=1, path=step.path[-1:])
-    pages = []
-    for steps in ([step, at_the_end], [at_the_end]):
-        report = Report(tmp_path, None)
-        for each in steps:
-            report.on_step(each)
-        page = report.finish({}).read_text()
-        picture = re.findall(r'alt="obstacle map" src="data:image/png;base64,([^"]+)', page)[0]
-        pixels = np.frombuffer(base64.b64decode(picture), np.uint8)
-        pages.append(cv2.imdecode(pixels, cv2.IMREAD_COLOR)[..., ::-1])
-    green = [(np.abs(page.astype(int) - GREEN).max(axis=2) < 12).sum() for page in pages]
+    pages = page_of(step, at_the_end), page_of(at_the_end)
+    maps = [picture_of(page, "obstacle map").astype(int) for page in pages]
+    green = [(np.abs(each - GREEN).max(axis=2) < 12).sum() for each in maps]
     assert green[0] > green[1] + 50
 
 
@@ -132,23 +109,18 @@ def test_a_run_without_a_frame_has_a_page_too(tmp_path):
     assert "<video" not in page
 
 
-def told(step, tmp_path, steps=5, **changes):
-    """The page of a run that found the chair after so many steps."""
-    report = Report(tmp_path, None)
-    for index in range(steps):
-        frame = replace(step.frame, stamp=0.5 * index)
-        report.on_step(replace(step, index=index, frame=frame, **changes))
-    report.on_goal(
-        GoalReport(
-            step.goal,
-            Outcome.ARRIVED,
-            "seen from near by",
-            (CANDIDATE,),
-            effort=Effort(50.0, 12.3),
-            threshold=0.32,
-        )
-    )
-    return report.finish({"steps": steps}).read_text()
+@pytest.fixture
+def told(step, report_of):
+    """Makes the page of a run that found the chair after some steps."""
+
+    def told(**changes):
+        frames = [replace(step.frame, stamp=0.5 * index) for index in range(5)]
+        steps = (replace(step, index=i, frame=f, **changes) for i, f in enumerate(frames))
+        sure = {"effort": Effort(50.0, 12.3), "threshold": 0.32}
+        found = GoalReport(step.goal, Outcome.ARRIVED, "seen from near by", (CANDIDATE,), **sure)
+        return report_of(*steps, found).finish({"steps": 5}).read_text()
+
+    return told
 
 
 def picture_of(page, alt):
@@ -162,28 +134,27 @@ def points_of(page, curve):
     return np.array([point.split(",") for point in points.split()], np.float64)
 
 
-def test_the_score_of_the_answer_stands_beside_what_was_enough(step, tmp_path):
-    assert "seen from near by\n  <br><span" in (page := told(step, tmp_path))
+def test_the_score_of_the_answer_stands_beside_what_was_enough(told):
+    assert "seen from near by\n  <br><span" in (page := told())
     assert ">32% was enough at the end<" in page
 
 
-def test_the_patch_that_was_found_is_boxed_in_its_picture(step, tmp_path):
-    plain = replace(step.frame, rgb=np.full((48, 64, 3), 90, np.uint8))
-    report = Report(tmp_path, None)
-    report.on_step(replace(step, frame=plain))
-    report.on_step(replace(step, index=1, frame_number=3))
-    report.on_goal(GoalReport(step.goal, Outcome.ARRIVED, "", (CANDIDATE,)))
-    picture = picture_of(report.finish({}).read_text(), "what place 1 was found in").astype(int)
+def in_grey(step):
+    return replace(step, frame=replace(step.frame, rgb=np.full((48, 64, 3), 90, np.uint8)))
+
+
+def test_the_patch_that_was_found_is_boxed_in_its_picture(step, page_of):
+    found = GoalReport(step.goal, Outcome.ARRIVED, "", (CANDIDATE,))
+    page = page_of(in_grey(step), replace(step, index=1, frame_number=3), found)
+    picture = picture_of(page, "what place 1 was found in").astype(int)
     greener = picture[..., 1] - picture[..., 0]
     assert min(greener[35, 16], greener[35, 47], greener[39, 20], greener[39, 40]) > 40
     assert np.abs(picture[32:35, 22:42] - 90).max() < 30
     assert np.abs(picture[:, 56:] - 90).max() < 30
 
 
-def test_the_picture_of_the_latest_answer_is_its_best_place(step, tmp_path):
-    report = Report(tmp_path, None)
-    report.on_step(step)
-    report.on_step(replace(step, index=1, frame_number=3))
+def test_the_picture_of_the_latest_answer_is_its_best_place(step, report_of):
+    report = report_of(step, replace(step, index=1, frame_number=3))
     first, later, unseen = (
         GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)),
         GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)),
@@ -198,9 +169,8 @@ def test_the_picture_of_the_latest_answer_is_its_best_place(step, tmp_path):
     assert report.picture_of(unseen) is None
 
 
-def test_a_place_has_its_picture_before_there_is_an_answer(step, tmp_path):
-    report = Report(tmp_path, None)
-    report.on_step(replace(step, frame=replace(step.frame, rgb=np.full((48, 64, 3), 90, np.uint8))))
+def test_a_place_has_its_picture_before_there_is_an_answer(step, report_of):
+    report = report_of(in_grey(step))
     encoded = np.frombuffer(report.picture_of_place(CANDIDATE), np.uint8)
     picture = cv2.imdecode(encoded, cv2.IMREAD_COLOR).astype(int)
     greener = picture[..., 1] - picture[..., 2]
@@ -208,17 +178,17 @@ def test_a_place_has_its_picture_before_there_is_an_answer(step, tmp_path):
     assert report.picture_of_place(replace(CANDIDATE, frame=99)) is None
 
 
-def test_pictures_that_were_not_kept_are_left_out(step, tmp_path):
-    page = told(step, tmp_path, frame_number=7)
+def test_pictures_that_were_not_kept_are_left_out(told):
+    page = told(frame_number=7)
     assert "was found in" not in page and "Found the yellow &lt;chair&gt; after 50 s, 12 m" in page
 
 
-def test_score_and_threshold_are_curves_over_the_steps(step, tmp_path):
-    report = Report(tmp_path, None)
+def test_score_and_threshold_are_curves_over_the_steps(step, page_of):
+    steps = []
     for index, best in enumerate((0.1, 0.2, 0.4)):
         scores = PlaceScores.of_points(POINTS, np.array([best, 0.0], np.float32), 0.25)
-        report.on_step(replace(step, index=index, scores=scores))
-    page = report.finish({}).read_text()
+        steps.append(replace(step, index=index, scores=scores))
+    page = page_of(*steps)
     best, threshold = points_of(page, "curve best"), points_of(page, "curve threshold")
     assert len(best) == len(threshold) == 3
     x, y = best.T
@@ -228,12 +198,10 @@ def test_score_and_threshold_are_curves_over_the_steps(step, tmp_path):
     assert "not ended" in page
 
 
-def test_the_map_has_track_keyframes_and_closed_loops_where_they_were(step, tmp_path):
-    report = Report(tmp_path, None)
-    report.on_step(replace(step, T_map_base=planar(1.5, 2.0, 0.0)))
-    report.on_step(replace(step, index=1))
-    report.on_goal(GoalReport(step.goal, Outcome.ARRIVED, "", (CANDIDATE,)))
-    page = report.finish({}).read_text()
+def test_the_map_has_track_keyframes_and_closed_loops_where_they_were(step, page_of):
+    first = replace(step, T_map_base=planar(1.5, 2.0, 0.0))
+    found = GoalReport(step.goal, Outcome.ARRIVED, "", (CANDIDATE,))
+    page = page_of(first, replace(step, index=1), found)
     # Known are x from 1 to 4 m and y from 1 to 3 m; 0.3 m around it belong to the drawing.
     assert 'viewBox="0 0 360.0 260.0"' in page
     np.testing.assert_allclose(points_of(page, "track"), [[80.0, 130.0], [130.0, 130.0]])
@@ -246,61 +214,51 @@ def test_the_map_has_track_keyframes_and_closed_loops_where_they_were(step, tmp_
     assert "2 keyframes" in page and "1 closed loop between" in page
 
 
-def test_events_and_rates_are_told_with_their_time(step, tmp_path):
-    report = Report(tmp_path, None)
+def test_events_and_rates_are_told_with_their_time(step, page_of):
+    steps = []
     for index, activity in enumerate(("exploring", "exploring", "going")):
         frame = replace(step.frame, stamp=10.0 + 0.5 * index)
-        report.on_step(replace(step, index=index, frame=frame, activity=activity))
-    page = report.finish({}).read_text()
+        steps.append(replace(step, index=index, frame=frame, activity=activity))
+    page = page_of(*steps)
     assert "<td>0.0<td>0<td>exploring" in page and "<td>1.0<td>2<td>going" in page
     assert "<th>steps per second<td>2.00" in page and 'class="curve rate"' in page
 
 
-def test_why_it_does_what_it_does_is_told_where_more_than_numbers_changes(step, tmp_path):
-    report = Report(tmp_path, None)
+def test_why_it_does_what_it_does_is_told_where_more_than_numbers_changes(step, page_of):
     closer = "something {} m away may be it ({}%); from near by it tells more"
     whys = closer.format(5, 30), closer.format(4, 35), "what is near by is likely enough (85%)", ""
-    for index, why in enumerate(whys):
-        report.on_step(replace(step, index=index, why=why))
-    page = report.finish({}).read_text()
+    page = page_of(*(replace(step, index=index, why=why) for index, why in enumerate(whys)))
     events = re.findall(r"<td>(\d)<td>looking closer(.*)", page)
     assert events == [("0", f": {whys[0]}"), ("2", f": {whys[2]}"), ("3", "")]
 
 
-def test_only_a_lost_and_a_found_place_are_told_of_tracking(step, tmp_path):
-    report = Report(tmp_path, None)
+def test_only_a_lost_and_a_found_place_are_told_of_tracking(step, page_of):
     course = (Tracking.TRACKING, Tracking.WHEELS_ONLY, Tracking.LOST, Tracking.LOST,
               Tracking.RELOCALISED, Tracking.TRACKING)  # fmt: skip
-    for index, tracking in enumerate(course):
-        report.on_step(
-            replace(step, index=index, estimate=replace(step.estimate, tracking=tracking))
-        )
-    page = report.finish({}).read_text()
+    estimates = [replace(step.estimate, tracking=tracking) for tracking in course]
+    page = page_of(*(replace(step, index=i, estimate=each) for i, each in enumerate(estimates)))
     assert page.count("it has lost its place") == page.count("it knows its place again") == 1
     assert "wheels only" not in page and "relocalised" not in page
 
 
-def test_what_was_measured_is_told_in_words(step, tmp_path):
-    report = Report(tmp_path, None)
-    report.on_step(step)
-    page = report.finish({"success": True, "judged": False, "error": None, "steps": 3}).read_text()
+def test_what_was_measured_is_told_in_words(step, report_of):
+    measured = {"success": True, "judged": False, "error": None, "steps": 3}
+    page = report_of(step).finish(measured).read_text()
     for name, words in (("success", "yes"), ("judged", "no"), ("error", "none"), ("steps", "3")):
         assert f"<tr><th>{name}<td>{words}<" in page
     assert 'poster="data:image/jpeg' in page
 
 
-def test_the_page_needs_nothing_from_elsewhere(step, tmp_path):
-    page = told(step, tmp_path)
+def test_the_page_needs_nothing_from_elsewhere(told):
+    page = told()
     written = re.sub(r"base64,[A-Za-z0-9+/=]+", "", page)
     assert "<script" not in written and "http" not in written
     assert all(source.startswith("data:") for source in re.findall(r'(?:src|href)="([^"]*)', page))
 
 
-def test_goals_that_were_only_looked_up_show_what_they_were_found_in(step, tmp_path):
-    report = Report(tmp_path, None)
-    report.on_step(replace(step, goal="", scores=None))
-    report.on_goal(GoalReport("sofa", Outcome.LOCATED, "similar", (CANDIDATE,)))
-    report.on_goal(GoalReport("lamp", Outcome.NOT_FOUND, "nothing", ()))
-    page = report.finish({}).read_text()
+def test_goals_that_were_only_looked_up_show_what_they_were_found_in(step, page_of):
+    sofa = GoalReport("sofa", Outcome.LOCATED, "similar", (CANDIDATE,))
+    lamp = GoalReport("lamp", Outcome.NOT_FOUND, "nothing", ())
+    page = page_of(replace(step, goal="", scores=None), sofa, lamp)
     assert page.count("was found in") == 1 and 'class="curve best"' not in page
     assert "Found the sofa on the map" in page and "Did not find the lamp" in page

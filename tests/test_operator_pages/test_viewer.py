@@ -8,6 +8,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 from tests.helpers.rrd import at, entities, rows
+from tests.helpers.served import resting as standing
 from tests.helpers.served import scored
 from tests.helpers.served import step as watched
 from vizbot.core.geometry import planar
@@ -17,11 +18,6 @@ from vizbot.operator.viewer.viewer import Viewer
 
 RNG = np.random.default_rng(0)
 BOX = np.array([[8, 4, 16, 12]], np.int32)
-
-
-def standing(index, x=0.0):
-    """A step of a robot that is under way at x [m], though its wheels rest."""
-    return replace(watched(index, x), command=STOP)
 
 
 def mapped(index, points, scores, frames, **changes):
@@ -35,19 +31,6 @@ def mapped(index, points, scores, frames, **changes):
         boxes=BOX.repeat(len(frames), axis=0),
         **changes,
     )
-
-
-@pytest.fixture
-def recorded(tmp_path):
-    def record(*steps, reports=()):
-        with Viewer(tmp_path / "run.rrd") as viewer:
-            for step in steps:
-                viewer.on_step(step)
-            for report in reports:
-                viewer.on_goal(report)
-        return tmp_path / "run.rrd"
-
-    return record
 
 
 def test_elements_are_where_the_step_has_them_with_their_scores(recorded):
@@ -194,7 +177,7 @@ def test_plots_and_events_tell_the_numbers_and_what_happened(recorded):
     path = recorded(
         replace(standing(0), why="little else is left to see"),
         replace(standing(1), command=Twist(0.2, -0.5), activity="going", estimate=lost),
-        reports=[GoalReport("sofa", Outcome.LOCATED, "similar", (answer,))],
+        GoalReport("sofa", Outcome.LOCATED, "similar", (answer,)),
     )
     for name, number in (
         ("score/best", 0.2), ("score/threshold", 0.3), ("twist/linear", 0.2),

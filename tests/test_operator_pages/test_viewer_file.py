@@ -13,16 +13,10 @@ import pytest
 from tests.helpers.checkout import ROOT
 from tests.helpers.roomba_rig import wait_for
 from tests.helpers.rrd import rows
-from tests.helpers.served import step as watched
+from tests.helpers.served import resting
 from vizbot.core.errors import ConfigError
-from vizbot.core.types import STOP
 from vizbot.operator.viewer.open_viewer import require_rerun
 from vizbot.operator.viewer.viewer import Viewer
-
-
-def resting(index):
-    """A step of a robot whose wheels rest."""
-    return replace(watched(index, 0.0), command=STOP)
 
 
 @pytest.mark.filterwarnings("ignore:RRD file has no footer")

@@ -75,6 +75,13 @@ parse_command, parse_typed = ENGLISH.grammar.heard, ENGLISH.grammar.typed
         ("go to the sofa instead, please", GoTo(("sofa",))),
         ("go right now to the sofa", GoTo(("sofa",))),
         ("find the sofa, then dock now", GoTo(("sofa",), Dock())),
+        # It is what was named before.
+        ("Where is the sofa? Go to it.", GoTo(("sofa",))),
+        ("I have lost my lamp, please find it", GoTo(("lamp",))),
+        ("find the lamp and look at it", GoTo(("lamp",))),
+        # No speaker says quotes.
+        ('Go to the "bus, stop".', Stop()),
+        ('"Find the sofa."', GoTo(("sofa",))),
     ],
 )
 def test_a_line_becomes_a_command(line, command):
@@ -147,6 +154,9 @@ def test_what_only_sounds_like_a_warning_goes(line):
         "right now",
         "come back then go to the sofa",
         "where is the sofa and then the lamp",
+        # Nothing is done after coming back or docking.
+        "come back, then turn around",
+        "dock, then go to the sofa",
     ],
 )
 def test_what_is_no_command_is_none(line):
@@ -186,11 +196,6 @@ def test_what_is_typed_in_quotes_is_literal(line, command):
     assert not is_urgent(line)
 
 
-def test_no_speaker_says_quotes():
-    assert parse_command('Go to the "bus, stop".') == Stop()
-    assert parse_command('"Find the sofa."') == GoTo(("sofa",))
-
-
 def test_what_must_not_be_done_is_no_goal():
     for line in (
         "don't go to the kitchen",
@@ -220,24 +225,6 @@ AROUND = ShortMove(turn=pi)
 )
 def test_moves_goals_and_exploring_are_done_in_the_order_they_are_named(line, requests):
     assert task_requests(parse_command(line)) == requests
-
-
-def test_nothing_is_done_after_coming_back_or_docking():
-    for line in ("come back, then turn around", "dock, then go to the sofa"):
-        assert parse_command(line) is None
-
-
-@pytest.mark.parametrize(
-    ("line", "command"),
-    [
-        ("Where is the sofa? Go to it.", GoTo(("sofa",))),
-        ("I have lost my lamp, please find it", GoTo(("lamp",))),
-        ("find the lamp and look at it", GoTo(("lamp",))),
-        ("where is the sofa and then the lamp", None),
-    ],
-)
-def test_it_is_what_was_named_before(line, command):
-    assert parse_command(line) == command
 
 
 @pytest.mark.parametrize(

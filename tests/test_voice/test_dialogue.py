@@ -9,8 +9,9 @@ import httpx
 import numpy as np
 import pytest
 
-from tests.helpers.roomba_rig import DEADLINE
-from tests.helpers.served import arrived, jobs_done, served, wait_for
+from tests.helpers.failing import raising
+from tests.helpers.roomba_rig import DEADLINE, wait_for
+from tests.helpers.served import arrived, jobs_done, refusal, served
 from tests.helpers.served import step as standing
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
@@ -22,7 +23,6 @@ from vizbot.operator.language.command import GoTo, No, Stop, Yes
 from vizbot.operator.language.language import load_language
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
-from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.voice import recordings
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
@@ -37,11 +37,6 @@ def dialogue_in(code, session):
 
 def at(x, y):
     return Answer("sofa", Outcome.LOCATED, 0.3, (FoundPlace((x, y, 0.4), 0.5, 3, ()),))
-
-
-@pytest.fixture
-def session():
-    return OperatorSession()
 
 
 @pytest.fixture
@@ -278,16 +273,11 @@ def test_the_model_is_loaded_once_and_learns_what_the_map_finds(http, hears, mon
 
 def test_noise_and_a_missing_model_are_refused_in_a_line(http, monkeypatch):
     monkeypatch.setattr(recordings.Recogniser, "__init__", lambda *_, **__: None)
-    answer = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
-    assert answer.status_code == 422
-    assert "what was sent holds no sound" in answer.json()["detail"]
-
-    def missing(*_, **__):
-        raise ConfigError("no speech model 'tiny.en'")
-
+    noise = http.post("/heard", content=b"noise", headers={"Content-Type": "audio/webm"})
+    assert "what was sent holds no sound" in refusal(noise, 422)
+    missing = raising(ConfigError("no speech model 'tiny.en'"))
     monkeypatch.setattr(recordings.Recogniser, "__init__", missing)
-    answer = http.post("/heard", **sound())
-    assert (answer.status_code, answer.json()["detail"]) == (503, "no speech model 'tiny.en'")
+    assert refusal(http.post("/heard", **sound()), 503) == "no speech model 'tiny.en'"
 
 
 def test_a_recording_may_be_large_but_not_endless(http):
@@ -491,9 +481,8 @@ def test_a_word_that_tells_no_thing_from_another_is_left_out_and_said(
 
 @pytest.mark.parametrize("text", ["next " * 795, "x" * 601, "sofa and " * 61])
 def test_a_sentence_that_is_too_long_is_refused_in_one_line(http, text):
-    refused = http.post("/said", json={"text": text})
-    assert refused.status_code == 422
-    assert "say it in 120 words and 600 characters" in refused.json()["detail"]
+    refused = refusal(http.post("/said", json={"text": text}), 422)
+    assert "say it in 120 words and 600 characters" in refused
 
 
 @pytest.mark.parametrize(
@@ -542,9 +531,7 @@ def test_a_typed_sentence_is_parsed_once(session, monkeypatch, text):
 
 
 def test_a_sentence_that_finds_no_place_to_wait_is_answered_with_429(http, monkeypatch):
-    def full(*_, **__):
-        raise dialogue.QueueFullError("2 sentences wait already; say it again in a moment")
-
-    monkeypatch.setattr(dialogue.Dialogue, "_read", full)
+    full = dialogue.QueueFullError("2 sentences wait already; say it again in a moment")
+    monkeypatch.setattr(dialogue.Dialogue, "_read", raising(full))
     assert http.post("/said", json={"text": "go to the sofa"}).status_code == 429
     assert http.post("/said", json={"text": "stop"}).status_code == 200

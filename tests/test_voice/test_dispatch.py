@@ -7,7 +7,7 @@ import httpx
 import pytest
 
 from tests.helpers.roomba_rig import DEADLINE
-from tests.helpers.served import served, step
+from tests.helpers.served import step
 from vizbot.commands.dispatch import CommandSender, obey
 from vizbot.core.errors import DeviceError
 from vizbot.core.observer import Outcome
@@ -15,7 +15,6 @@ from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.language.command import All, ComeBack, Dock, Explore, GoTo, Stop, WhereIs
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.place_answers import Answer, FoundPlace
-from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import VocabularyUpdater
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
@@ -23,14 +22,8 @@ DOUBTFUL = ResolvedGoal("so far", "so far", "sofa")
 
 
 @pytest.fixture
-def session():
-    return OperatorSession()
-
-
-@pytest.fixture
-def robot(session):
-    with served(session) as server, RobotClient(server.url, None) as client:
-        yield client
+def robot(client):
+    return client
 
 
 class NotingRobot:

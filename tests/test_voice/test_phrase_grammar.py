@@ -13,16 +13,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.helpers.spoken import (
-    BUILDING,
-    FINAL,
-    JOINS,
-    NAMES,
-    SOONER,
-    VOICES,
-    missions,
-    ruled,
-)
+from tests.helpers.failing import raising
+from tests.helpers.spoken import BUILDING, FINAL, JOINS, NAMES, SOONER, VOICES, missions, ruled
 from tests.tools import hearing
 from tests.tools.hearing import Heard, hearing_facts, judged
 from vizbot.operator.language.command import (
@@ -62,15 +54,9 @@ def test_every_sentence_is_a_command_for_what_is_in_it(data):
 
 
 def test_several_of_a_kind():
-    assert [
-        PHRASING.plural(goal) for goal in ("chest of drawers", "bench", "shelf", "study", "lamp")
-    ] == [
-        "chests of drawers",
-        "benches",
-        "shelves",
-        "studies",
-        "lamps",
-    ]
+    one = ("chest of drawers", "bench", "shelf", "study", "lamp")
+    several = ["chests of drawers", "benches", "shelves", "studies", "lamps"]
+    assert [PHRASING.plural(goal) for goal in one] == several
 
 
 class Reader:
@@ -111,10 +97,13 @@ def sound_of(seconds):
     return np.zeros((round(50 * (seconds + 1.4)), 4), np.float32)
 
 
-def search(said, found=(), wake=None):
+def scorer_of(reader):
     pytest.importorskip("ctranslate2")
-    reader = Reader(said)
-    scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
+    return PhraseScorer(reader, reader, NOISE, PHRASING)
+
+
+def search(said, found=(), wake=None):
+    scorer = scorer_of(Reader(said))
     return scorer.search(sound_of(len(said) / LETTERS), THINGS, found, wake)[0].text
 
 
@@ -141,9 +130,7 @@ def test_what_was_said_is_found(said):
 
 
 def test_a_sentence_is_not_found_in_a_sound_that_is_far_too_long_for_it():
-    pytest.importorskip("ctranslate2")
-    reader = Reader("Go on.")
-    scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
+    scorer = scorer_of(Reader("Go on."))
     assert scorer.search(sound_of(0.6), THINGS)[0].text == "Go on."
     texts = [each.text for each in scorer.search(sound_of(4.0), THINGS)]
     assert texts and all(len(text) >= 20 for text in texts)
@@ -159,9 +146,8 @@ def test_after_the_wake_phrase_the_sentence_begins():
 
 
 def test_what_whisper_drops_at_the_end_is_found():
-    pytest.importorskip("ctranslate2")
     reader = Reader("Find the lamp, then come back.")
-    scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
+    scorer = scorer_of(reader)
     assert scorer.completed(SOUND, "Find the lamp.") == "Find the lamp, then come back."
     reader.said = reader.encode("Find the lamp.")
     assert scorer.completed(SOUND, "Find the lamp.") == "Find the lamp."
@@ -231,9 +217,6 @@ def test_what_became_of_a_sentence():
 def test_what_has_been_heard_is_kept_at_once_and_not_heard_again(tmp_path, monkeypatch):
     out, heard = tmp_path / "voice.json", []
 
-    def broken_off():
-        raise KeyboardInterrupt
-
     def jobs(_folder, second):
         return {
             ("tiny.en", "quiet"): lambda: heard.append("quiet") or {"sentences": 1},
@@ -241,7 +224,7 @@ def test_what_has_been_heard_is_kept_at_once_and_not_heard_again(tmp_path, monke
         }
 
     monkeypatch.setattr(sys, "argv", ["hearing", str(out)])
-    monkeypatch.setattr(hearing, "hearing_jobs", partial(jobs, second=broken_off))
+    monkeypatch.setattr(hearing, "hearing_jobs", partial(jobs, second=raising(KeyboardInterrupt())))
     with pytest.raises(KeyboardInterrupt):
         hearing.main()
     monkeypatch.setattr(
@@ -279,8 +262,6 @@ def test_every_command_can_be_searched_for_in_a_sound():
 
 
 def test_nothing_is_tried_that_takes_longer_to_say_than_the_sound():
-    pytest.importorskip("ctranslate2")
-    reader = Reader("Find the sofa, then the lamp, then come back.")
-    scorer = PhraseScorer(reader, reader, NOISE, PHRASING)
+    scorer = scorer_of(Reader("Find the sofa, then the lamp, then come back."))
     long, short = (scorer.search(SOUND[:rows], THINGS)[0].text for rows in (500, 100))
     assert len(short) <= 36 < len(long)

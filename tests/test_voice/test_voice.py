@@ -1,7 +1,7 @@
 import io
 import json
 import sys
-from functools import cache
+from functools import cache, partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -21,12 +21,10 @@ from tests.helpers.spoken import (
     utterances,
 )
 from tests.tools.hearing import HELD_OUT, heard, stop_samples, understood
-from vizbot.cli import app as cli
 from vizbot.commands import voice
 from vizbot.commands.dispatch import CommandSender
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
 from vizbot.operator.language.command import GoTo, Stop
-from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Hypothesis, choose_utterance
@@ -42,14 +40,8 @@ def recogniser(whisper):
 
 
 @pytest.fixture
-def run(monkeypatch, capfd):
-    def run_command(*arguments):
-        monkeypatch.setattr(sys, "argv", ["vizbot", "voice", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        return end.value.code, *capfd.readouterr()
-
-    return run_command
+def run(command_line):
+    return partial(command_line, "voice")
 
 
 @speaking
@@ -63,8 +55,7 @@ def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
 
 
 @speaking
-def test_the_robot_of_this_machine_obeys(run, whisper, tmp_path, monkeypatch):
-    session = OperatorSession()
+def test_the_robot_of_this_machine_obeys(run, session, whisper, tmp_path, monkeypatch):
     with served(session) as server:
         monkeypatch.setattr(voice, "HERE", server.url)
         wav = record(SpokenSample("stop", "en-us", 150, None), tmp_path)
@@ -147,16 +138,12 @@ def test_silence_and_noise_are_no_command(recogniser):
         assert recogniser.hear(sound).command is None
 
 
-def test_what_cannot_be_read_is_one_line(run, tmp_path):
+def test_what_cannot_be_read_is_refused(tmp_path):
     torn = tmp_path / "torn.wav"
     torn.write_bytes(b"RIFF....WAVEfmt nothing of the kind")
     for path in (torn, tmp_path, tmp_path / "none.wav"):
         with pytest.raises(ConfigError, match=path.name):
             read_sound(path)
-    code, out, err = run("--wav", tmp_path / "none.wav")
-    assert (code, out) == (1, "")
-    assert "none.wav" in err
-    assert err.count("\n") == 1
 
 
 def test_a_missing_model_is_one_line(tmp_path):
@@ -272,11 +259,6 @@ def test_a_doubt_ends_with_what_is_said_next_and_after_a_while(monkeypatch, said
     with pytest.raises(StopIteration), CommandSender(talk) as sender:
         voice._converse(quiet, None, "hey robot", sender, lambda: talk.time)
     assert talk.told == told
-
-
-def test_options_that_do_not_go_together_are_refused(run):
-    assert "--wake" in run("--wav", "a.wav", "--wake", "hey robot")[2]
-    assert "--json" in run("--json")[2]
 
 
 def test_a_byte_that_is_no_text_does_not_end_the_listening(monkeypatch):
