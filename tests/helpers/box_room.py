@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 
 from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
+from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import camera_mount, invert, planar, rotation_angle, transform, yaw_of
+from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import SE3, ImuSamples, Intrinsics, PoseEstimate, RGBDFrame
+from vizbot.perception.perception import Perception
 
 CAMERA = Intrinsics(320, 240, 307.0, 307.0, 159.5, 119.5)
 T_BASE_CAM = camera_mount(height=0.6, forward=0.1, tilt=0.1)
@@ -138,3 +141,19 @@ def errors(estimates: Sequence[PoseEstimate], Ts_map_base: Sequence[SE3]) -> NDA
         T = invert(T_true) @ estimate.T_map_cam
         rows.append((np.linalg.norm(T[:3, 3]), rotation_angle(T)))
     return np.array(rows)
+
+
+AT_ONCE = PerceptionConfig(embedding_latency=0.0)
+
+
+def mapped(encoder, path, watch=lambda perception: None) -> Perception:
+    """Work frames from a path through the box room into a new map."""
+    wheels, perception = dead_reckoning(path), None
+    for i, T_map_base in enumerate(path):
+        frame = render(T_map_base, 0.2 * i)
+        if perception is None:
+            perception = Perception(frame, T_BASE_CAM, encoder, SimulatedClock(), AT_ONCE)
+        perception.embed(frame, perception.update(frame, wheels[i]))
+        watch(perception)
+    perception.finish()
+    return perception

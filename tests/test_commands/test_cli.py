@@ -10,8 +10,7 @@ from sim_stubs.world import renderer
 from tests.fuzz.spoilt_sequences import write_sequence
 from tests.helpers.bundles import bundle_of
 from tests.helpers.checkout import ROOT
-from tests.helpers.failing import raising
-from tests.helpers.one_line import assert_one_line
+from tests.helpers.failing import assert_one_line, raising
 from vizbot import __version__
 from vizbot.cli import app as cli
 from vizbot.core.errors import DeviceError

@@ -15,8 +15,7 @@ from serial.tools import list_ports
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import SoftwareD435i
 from tests.helpers.checkout import ROOT
-from tests.helpers.failing import raising
-from tests.helpers.one_line import assert_one_line
+from tests.helpers.failing import assert_one_line, raising
 from tests.helpers.random_clip import save_tiny_clip
 from vizbot.commands.config.discovery import with_rehearsal
 from vizbot.commands.config.robot_file import CHOICES

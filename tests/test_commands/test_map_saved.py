@@ -9,7 +9,7 @@ import pytest
 from mapping import map_bundle
 from mapping.map_folder import MapUse
 from tests.helpers.bundles import bundle_of, names_in
-from tests.helpers.one_line import assert_one_line
+from tests.helpers.failing import assert_one_line
 from vizbot.commands.options import RunOptions
 from vizbot.commands.run_plan import plan_run
 

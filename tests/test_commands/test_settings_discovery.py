@@ -12,7 +12,7 @@ from benchmarks.slam import homes
 from drivers.roomba.serial_port import open_serial
 from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
-from tests.helpers.one_line import assert_one_line
+from tests.helpers.failing import assert_one_line
 from vizbot import doctor as doctor_checks
 from vizbot.commands import calibrate, doctor, teleop
 from vizbot.commands import map as map_command

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.browsing import box_of, says, stand_in, take_lease, touch_screen, until
-from tests.helpers.cut_line import Line
+from tests.test_console.cut_line import Line
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.api.console_routes import FILES

@@ -11,7 +11,7 @@ import pytest
 
 from tests.helpers.browsing import says, take_lease, until
 from tests.helpers.checkout import ROOT
-from tests.helpers.cut_line import Line
+from tests.test_console.cut_line import Line
 
 DRY_RUN = [sys.executable, "-c", "from vizbot.cli.app import main; main()", "dry-run"]
 CHAIR = "".join(

@@ -13,7 +13,7 @@ from tests.helpers.browsing import (
     understood,
     until,
 )
-from tests.helpers.cut_line import Line
+from tests.test_console.cut_line import Line
 from vizbot.operator.api import sockets
 
 

@@ -13,10 +13,9 @@ from mapping.map_bundle import MapBundle, load, save, with_background
 from mapping.occupancy.config import DepthMapperConfig
 from mapping.occupancy.depth_mapper import DepthMapper
 from tests.conftest import MeanColours
-from tests.helpers.box_room import T_BASE_CAM, dead_reckoning, lap, render
+from tests.helpers.box_room import AT_ONCE, T_BASE_CAM, dead_reckoning, lap, mapped, render
 from tests.helpers.boxes import LOW_BOX, MOUNT, see
 from tests.helpers.bundles import Encoder, bundle_of
-from tests.helpers.mapped_path import AT_ONCE, mapped
 from vizbot.config import Config
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert, planar, rotation_angle

@@ -14,8 +14,7 @@ from mapping.clip.scores import Background, Query
 from mapping.clip.weights import fitted_weights
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.slam.slam import Slam
-from tests.helpers.box_room import CAMERA, T_BASE_CAM, lap, render
-from tests.helpers.mapped_path import mapped
+from tests.helpers.box_room import CAMERA, T_BASE_CAM, lap, mapped, render
 from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import invert, planar, transform
 from vizbot.core.program.interrupts import ending_on_signals

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mapping.odometry.rgbd_odometry import RelativePose
-from tests.helpers.dead_reckoning_drive import (
+from tests.test_slam.dead_reckoning_drive import (
     BIAS,
     PERIOD,
     T_BASE_CAM,

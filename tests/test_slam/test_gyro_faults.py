@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.helpers.dead_reckoning_drive import Drive
+from tests.test_slam.dead_reckoning_drive import Drive
 from vizbot.core.geometry import yaw_of
 
 
