@@ -57,6 +57,9 @@ test: develop
 test-benchmarks: develop
 	$(call tested,not long and not hardware,$(BENCHMARKS))
 
+# Here compiled kernels check every index: one out of bounds would write over what lies beside an array.
+test-long: export NUMBA_BOUNDSCHECK = 1
+test-long: export NUMBA_CACHE_DIR = $(CURDIR)/.venv/checked-kernels
 test-long: develop
 	$(call tested,not hardware,tests)
 

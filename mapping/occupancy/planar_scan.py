@@ -175,12 +175,13 @@ def _project(
             floor_top = min_height + tilt_tolerance * distance
             b = bearing_bin(x, y, bearings)
             if z < -drop_depth - tilt_tolerance * distance:
+                # Negative where the pose has sunk below the floor: nothing is known of drops then.
                 through = distance * T_level_cam[2, 3] / (T_level_cam[2, 3] - z)
-                if through < drop_range:
-                    drops[b, int(through / range_step)] += 1
+                if 0.0 <= through < min(drop_range, ranges * range_step):
+                    drops[b, min(int(through / range_step), ranges - 1)] += 1
             if not distance < ranges * range_step or z < -floor_top:
                 continue
-            r = int(distance / range_step)
+            r = min(int(distance / range_step), ranges - 1)
             if z < floor_top:
                 floor[b, r] += 1
                 continue
