@@ -12,12 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-import sim_stubs.world.renderer  # noqa: F401  chooses the renderer, which MuJoCo takes on import
 from sim_stubs.homes.geometry.solids import (
     WHITE,
     Part,
@@ -31,6 +30,9 @@ from sim_stubs.homes.geometry.solids import (
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular
 from vizbot.core.geometry import yaw_of
+
+if TYPE_CHECKING:
+    import mujoco  # which OpenGL it takes is chosen by `renderer`, on import
 
 STEPS = 12
 """Number of faces of a round geom between its poles."""
@@ -180,6 +182,8 @@ def owner(model: mujoco.MjModel, geom: int, things: Things) -> Thing | None:
 
 def heading(model: mujoco.MjModel, data: mujoco.MjData, thing: Thing) -> float:
     """Yaw of a body, or of the body of a geom [rad]."""
+    import mujoco
+
     body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, thing.name)
     if body < 0:
         body = int(model.geom(thing.name).bodyid[0])
