@@ -73,7 +73,7 @@ class CalibrationError:
 
     def world(self, house: House, config: Config, seed: int) -> World:
         """A world with the true robot."""
-        believed = RehearsalConfig.of(config).world
+        believed = RehearsalConfig.read(config).world
         body = believed.model_copy(
             update={
                 "wheel_base": believed.wheel_base * (1.0 + self.wheel_base),

@@ -81,7 +81,7 @@ def oracle_parts(oracle: str | None, world: World, config: Config) -> OraclePart
 
 def without_depth_noise(config: Config) -> Config:
     """Settings of a camera that measures the true depth at every pixel."""
-    rehearsal = RehearsalConfig.of(config)
+    rehearsal = RehearsalConfig.read(config)
     camera = rehearsal.sim_camera.model_copy(update={"depth_noise": DepthNoiseConfig.none()})
     return rehearsal.model_copy(update={"sim_camera": camera}).within(config)
 

@@ -59,7 +59,7 @@ class FastHome:
 
     def __init__(self, seed: int, config: Config, encoder: ClipEncoder, folder: Path) -> None:
         """Open the home."""
-        rehearsal = RehearsalConfig.of(config)
+        rehearsal = RehearsalConfig.read(config)
         still = rehearsal.model_copy(update={"world": rehearsal.world.model_copy(update=BODY)})
         self.seed = seed
         self.world = open_benchmark_home(seed, still.within(config))
@@ -184,7 +184,10 @@ class Walk:
 
     def _drive(self, twist: Twist) -> None:
         """Move the body for the time of a frame, and back off from what it touches."""
-        world, wheel_base = self._home.world, RehearsalConfig.of(self._config).world.wheel_base
+        world, wheel_base = (
+            self._home.world,
+            RehearsalConfig.read(self._config).world.wheel_base,
+        )
         before = world.T_world_base
         world.set_wheel_speeds(*wheel_speeds(twist, wheel_base))
         world.advance(1.0 / FRAME_RATE)

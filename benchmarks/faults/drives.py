@@ -110,7 +110,7 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
         floor = FreeFloor(T_world_base=_start(drive.seed))
         stub = opened.enter_context(FaultyRoomba(floor, schedule, drive.seed, floor.place))
         clock.attach(stub)
-        mount, rate = config.mount.T_base_cam, RehearsalConfig.of(config).sim_camera.rate
+        mount, rate = config.mount.T_base_cam, RehearsalConfig.read(config).sim_camera.rate
         monitor = FaultMonitor(stub, schedule, clock, 1.0 / rate)
         clock.attach(monitor)
         clock.slow_down(schedule.slowness)

@@ -190,7 +190,7 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
                 observer,
                 FaultyObserver(LogObserver(rig.schedule, clock.now), rig.schedule),
             ]
-            rate = RehearsalConfig.of(config).sim_camera.rate
+            rate = RehearsalConfig.read(config).sim_camera.rate
             monitor = FaultMonitor(rig.faulty_base, rig.schedule, clock, 1.0 / rate)
             clock.attach(monitor)
         pipeline = Pipeline(devices, encoder, config, observers)

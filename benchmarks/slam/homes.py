@@ -157,7 +157,7 @@ def recording_folder(fingerprint: Fingerprint, laps: LapConfig, config: Config) 
     by = key_of_sources(
         "drivers", "benchmarks/slam/laps.py", "benchmarks/episodes/calibration_error.py"
     )
-    sim = RehearsalConfig.of(config)
+    sim = RehearsalConfig.read(config)
     settings = key_of_settings(config.mount, config.roomba, sim.sim_camera, sim.world, laps)
     return RECORDINGS / f"{fingerprint.homes}-{by}-{settings}"
 

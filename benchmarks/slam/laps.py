@@ -83,7 +83,7 @@ def record_laps(
         return
     for kind in ("rgb", "depth"):
         (folder / kind).mkdir(parents=True, exist_ok=True)
-    rehearsal = RehearsalConfig.of(config)
+    rehearsal = RehearsalConfig.read(config)
     camera = rehearsal.sim_camera.model_copy(update={"rate": laps.rate})
     config = rehearsal.model_copy(update={"sim_camera": camera}).within(config)
     error = error or CalibrationError.drawn(Episode(seed, ()))

@@ -108,7 +108,7 @@ def random_starts(
             slam = Slam(world.reported_intrinsics, mount, settings.slam, around)
             slam.start_in_map(keyframes, views)
             rate = config.objectnav.recognising_rate
-            limit = int(_TURN / rate * RehearsalConfig.of(config).sim_camera.rate)
+            limit = int(_TURN / rate * RehearsalConfig.read(config).sim_camera.rate)
             found, times = None, list[float]()
             while found is None and len(times) < limit:
                 frame = camera.read()

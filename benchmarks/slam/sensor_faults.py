@@ -230,7 +230,7 @@ def twins(
         return
     read = itertools.cycle(at_rest or [replace(end.frame, imu=ImuSamples.none())])
     travelled = np.append(np.arange(0.0, corridor, 0.3 * period), corridor)
-    rehearsal = RehearsalConfig.of(config)
+    rehearsal = RehearsalConfig.read(config)
     counted = _counted_straight(np.diff(travelled), rehearsal.world, rng)
     for number, (x, T_end_base) in enumerate(zip(travelled[1:], counted, strict=True), start=1):
         stamp, rest = end.frame.stamp + number * period, next(read)

@@ -69,7 +69,7 @@ def test_wheels_and_mount_are_found_from_what_the_robot_sees(seed, home):
         true_bias = rig.devices.camera._inertial._gyro_bias
     assert legs == list(Leg)
     found, mount = solve(samples, believed), simulated.mount
-    body = RehearsalConfig.of(simulated).world
+    body = RehearsalConfig.read(simulated).world
     assert found.wheel_base == pytest.approx(body.wheel_base, rel=0.01)
     assert found.wheel_scale == pytest.approx(body.wheel_scale, rel=0.01)
     assert found.mount.height == pytest.approx(mount.height, rel=0.01)

@@ -17,17 +17,17 @@ def test_a_robot_passes_over_the_settings_of_rehearsals_and_keeps_them(tmp_path)
     write_config(config, tmp_path / "config.toml")
     assert load_config(tmp_path / "config.toml") == config
     with pytest.raises(ConfigError, match=r"no setting world\.wheel_bse; use wheel_base"):
-        RehearsalConfig.of(config)
+        RehearsalConfig.read(config)
 
 
 def test_a_rehearsal_writes_every_setting_of_its_own_beside_the_robots(tmp_path):
     given = Config(clip="ViT-B/32", sim_camera={"rate": 5.0})
-    config = RehearsalConfig.of(given).within(given)
+    config = RehearsalConfig.read(given).within(given)
     write_config(config, tmp_path / "config.toml")
     again = load_config(tmp_path / "config.toml")
     assert again == config and again.clip == "ViT-B/32"
-    assert RehearsalConfig.of(again) == RehearsalConfig.of(given)
-    assert RehearsalConfig.of(again).sim_camera.rate == 5.0
+    assert RehearsalConfig.read(again) == RehearsalConfig.read(given)
+    assert RehearsalConfig.read(again).sim_camera.rate == 5.0
 
 
 @pytest.mark.parametrize(

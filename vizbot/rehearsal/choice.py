@@ -81,6 +81,6 @@ def world_beside(
     """A simulated home, planned by another process while this one loads the rest; else nothing."""
     if seed_of(choice.world) is None:
         return nullcontext()
-    body = RehearsalConfig.of(config).world
+    body = RehearsalConfig.read(config).world
     outline = body.outline(config.mount.height, config.mount.forward)
     return PlanProcess(choice.world, outline, choice.first_goal, choice.start)

@@ -22,7 +22,7 @@ class RehearsalConfig(BaseModel):
     sim_camera: SimulatedRealSenseConfig = SimulatedRealSenseConfig()
 
     @classmethod
-    def of(cls, config: Config) -> Self:
+    def read(cls, config: Config) -> Self:
         """The settings that a robot's settings pass over.
 
         Raises:

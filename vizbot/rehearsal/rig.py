@@ -147,7 +147,7 @@ class Rig:
         from sim_stubs.realsense.camera import SimulatedRealSense
         from sim_stubs.world.world_name import open_world
 
-        mount, rehearsal = config.mount.T_base_cam, RehearsalConfig.of(config)
+        mount, rehearsal = config.mount.T_base_cam, RehearsalConfig.read(config)
         if isinstance(world, str):
             world = opened.enter_context(open_world(world, rehearsal.world, mount, first_goal))
         self.world = world
@@ -233,7 +233,7 @@ def open_world_and_encoder(
         open_encoder: Opens the encoder.
         opened: Closes the world.
     """
-    mount, body = config.mount.T_base_cam, RehearsalConfig.of(config).world
+    mount, body = config.mount.T_base_cam, RehearsalConfig.read(config).world
     if planned is None:
         if not choice.world:
             return "", open_encoder()

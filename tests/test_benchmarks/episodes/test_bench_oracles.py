@@ -142,7 +142,7 @@ def test_each_oracle_switches_one_part(world, part):
 
 def test_true_depth_is_the_depth_alone():
     config = oracle_parts("depth", None, Config()).config
-    camera = RehearsalConfig.of(config).sim_camera
+    camera = RehearsalConfig.read(config).sim_camera
     assert camera.colour_noise == RehearsalConfig().sim_camera.colour_noise
     assert camera.depth_noise.disparity_noise == 0.0
     assert config.perception == Config().perception

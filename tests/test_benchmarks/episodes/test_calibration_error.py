@@ -136,7 +136,9 @@ def test_an_episode_without_errors_drives_as_a_robot_that_nothing_was_done_to(
 ):
     exact, config = driven(), row(45).config
     with (
-        World(house, RehearsalConfig.of(config).world, config.mount.T_base_cam, SOFA.home) as world,
+        World(
+            house, RehearsalConfig.read(config).world, config.mount.T_base_cam, SOFA.home
+        ) as world,
         Rig(config, "sim", "sim", world) as rig,
     ):
         recorder = TruthRecorder(world, SeenFloor(world, config))

@@ -96,7 +96,7 @@ def test_the_monitor_of_a_mission_knows_how_often_the_camera_gives_a_frame(monke
 
     monkeypatch.setattr(missions, "FaultMonitor", Monitor)
     missions.run_mission(FaultMission(1000, "kitchen", ("bump",)))
-    assert periods == [1.0 / RehearsalConfig.of(CONFIG).sim_camera.rate]
+    assert periods == [1.0 / RehearsalConfig.read(CONFIG).sim_camera.rate]
 
 
 EDGE = "the base stopped at an edge; put it elsewhere, or set resume_safe"

@@ -69,7 +69,7 @@ def with_rehearsal(config: Config) -> Config:
         ConfigError: one of those has a wrong key or value.
     """
     rehearsal = rehearsal_settings()
-    return config if rehearsal is None else rehearsal.of(config).within(config)
+    return config if rehearsal is None else rehearsal.read(config).within(config)
 
 
 def _lies_here(path: Path) -> bool:

@@ -337,7 +337,7 @@ class MapNames(AnswerModel):
     """The same with what there is to say of each."""
 
 
-class SavedMap(AnswerModel):
+class MapKept(AnswerModel):
     """The map was saved."""
 
     kept: str

@@ -12,12 +12,12 @@ from vizbot.operator.api.answers import (
     DeletedMap,
     LeftMap,
     ListedMap,
+    MapKept,
     MapNames,
     NamedRoom,
     PlacesAnswer,
     RenamedMap,
     RoomsAnswer,
-    SavedMap,
     VocabularyAnswer,
     ZoneCount,
     ZonesAnswer,
@@ -100,10 +100,10 @@ def map_router(live_map: LiveMap) -> APIRouter:
         return picture_answer(jpeg(thumbnail(live_map.saved.grid(name))))
 
     @saved.put("/maps/{name}", summary="Save the map", responses=_CHANGE)
-    def save(name: str, options: SaveMapRequest) -> SavedMap:
+    def save(name: str, options: SaveMapRequest) -> MapKept:
         """Save the map as it is now."""
         live_map.save(name, replace=options.replace)
-        return SavedMap(kept=name)
+        return MapKept(kept=name)
 
     @saved.post("/maps/{name}/begin", summary="Change to a saved map", responses=_BUSY)
     def begin_saved(name: str) -> LeftMap:
