@@ -46,7 +46,7 @@ def test_the_sdist_holds_what_belongs_to_the_project(tmp_path):
     documents = {"README.md", "CONTRIBUTING.md", "CHANGELOG.md", "LICENSE", "NOTICE"}
     build_files = {"Makefile", "constraints.txt", "pyproject.toml", ".ci", ".gitignore"}
     build_files |= {"pip.lock", "requirements.lock", "development.lock", "torch.lock"}
-    folders = {"tests", "docs", "examples", "PKG-INFO", "CITATION.cff"}
+    folders = {"benchmarks", "training", "tests", "docs", "examples", "PKG-INFO", "CITATION.cff"}
     assert top == PACKAGES | documents | build_files | folders
 
 

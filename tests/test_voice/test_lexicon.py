@@ -134,8 +134,7 @@ def test_every_language_has_the_answers_and_the_sentences_of_english():
 def activities():
     """What the robot may be doing, as the sources call it."""
     found = set()
-    for path in [*(ROOT / "vizbot/behaviours").glob("*.py"), ROOT / "vizbot/pipeline.py",
-                 *(ROOT / "vizbot/objectnav").glob("*.py")]:  # fmt: skip
+    for path in (ROOT / "vizbot").rglob("*.py"):
         for call in ast.walk(ast.parse(path.read_text())):
             if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "Decision":
                 said = call.args[1]
