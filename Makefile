@@ -33,35 +33,44 @@ TESTED_WITH := espeak-ng $(NODE_WITH)
 LUXURIES := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
-.PHONY: demo test test-benchmarks test-long check install develop lock sbom python system clean
+.PHONY: demo test test-slow test-benchmarks test-long check install develop lock sbom python system clean
 
 demo: install
 	@echo "Driving to a yellow chair in a simulated home: a minute or two"
 	$(BIN)/vizbot dry-run "yellow chair" --world 1100
 
-# Tests that are `alone` judge times on the wall clock: they run last, with nothing beside them, and their
-# files alone are read. pytest's 5 says that TESTS names none of a kind. What all cost is printed at the end.
+# pytest's 5 says that TESTS names no test of a kind. What all of them cost is printed at the end.
 SPENT = .venv/spent/$@
 RUN = $(BIN)/pytest -q -rs --durations=30 --spent $(SPENT)
-alone_in = $(shell grep -rl --include='test_*.py' 'mark\.alone' $(1))
 define tested
 	@rm -f $(SPENT)
-	$(RUN) -n 2 --dist worksteal -m "not alone and $(1)" $(or $(TESTS),$(2)) || [ $$? -eq 5 ]
-	$(if $(or $(TESTS),$(call alone_in,$(2))),$(RUN) -m "alone and $(1)" $(or $(TESTS),$(call alone_in,$(2))) || [ $$? -eq 5 ])
-	@awk '{ used += $$1; took += $$2 } END { printf "make $@: %.0f s of processor in %.0f s\n", used, took }' $(SPENT)
+	$(RUN) -n 2 --dist worksteal -m "not alone and not hardware$(1)" $(or $(TESTS),$(2)) || [ $$? -eq 5 ]
 endef
+# Tests that are `alone` judge times on the wall clock: they run last, with nothing beside them, and their
+# files alone are read.
+tested_alone = $(RUN) -m "alone and not hardware$(1)" $(or $(TESTS),$(shell grep -rl --include='test_*.py' 'mark\.alone' tests)) || [ $$? -eq 5 ]
+spent = @awk '{ used += $$1; took += $$2 } END { printf "make $@: %.0f s of processor in %.0f s\n", used, took }' $(SPENT)
 
 test: develop
-	$(call tested,not long and not hardware,$(PRODUCT))
+	$(call tested, and not slow and not long,$(PRODUCT))
+	$(spent)
+
+test-slow: develop
+	$(call tested, and slow and not long,$(PRODUCT))
+	$(call tested_alone, and not long)
+	$(spent)
 
 test-benchmarks: develop
-	$(call tested,not long and not hardware,$(BENCHMARKS))
+	$(call tested, and not long,$(BENCHMARKS))
+	$(spent)
 
 # Here compiled kernels check every index: one out of bounds would write over what lies beside an array.
 test-long: export NUMBA_BOUNDSCHECK = 1
 test-long: export NUMBA_CACHE_DIR = $(CURDIR)/.venv/checked-kernels
 test-long: develop
-	$(call tested,not hardware,tests)
+	$(call tested,,tests)
+	$(call tested_alone)
+	$(spent)
 
 check: develop .venv/page-tools
 	$(BIN)/ruff check .
@@ -113,7 +122,7 @@ python:
 # System packages only where they are missing. Some are luxuries: without furniture homes get plain shapes,
 # without a browser, what the driver of the browser links to (libatomic1) and a voice, the tests of console
 # and speech are skipped.
-test test-benchmarks test-long: LUXURIES += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
+test test-slow test-benchmarks test-long: LUXURIES += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
 check: LUXURIES += $(NODE_WITH)
 system:
 	@missing=""; \

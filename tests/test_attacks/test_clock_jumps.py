@@ -18,6 +18,8 @@ from tests.helpers.bundles import assert_same, bundle_of
 from tests.helpers.roomba_rig import ASKED_EVERY, DEADLINE, rested, wait_for
 from vizbot.operator.client.robot_client import RobotClient
 
+pytestmark = pytest.mark.slow
+
 JUMPS = """
 import random, time
 true, hours = time.time, random.Random(0)

@@ -16,6 +16,8 @@ from tests.helpers.broken_streams import BROKEN, broken_stream
 from tests.helpers.roomba_rig import rested, wait_for
 from vizbot.core.types import BaseMode
 
+pytestmark = pytest.mark.slow
+
 UP = b"\x1b[A"
 ENDS = [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP]
 COMMANDS = {

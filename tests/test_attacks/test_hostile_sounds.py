@@ -141,6 +141,7 @@ def test_the_sockets_of_a_program_below_this_one_are_counted():
         program.stdin.close()
 
 
+@pytest.mark.slow
 def test_a_description_of_streams_opens_no_socket(robot):
     port = robot.base_url.port
     robot.get("/state")  # the first answer is looked up in a description from another server
@@ -214,6 +215,7 @@ def loop_lateness():
         yield late
 
 
+@pytest.mark.slow
 def test_of_sixty_recordings_two_wait_and_state_and_motion_go_on(robot, monkeypatch):
     over = threading.Event()
     monkeypatch.setattr(recordings, "_PATIENCE", DEADLINE)

@@ -17,6 +17,8 @@ from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.tools.interrupted_runs import ROOM
 from vizbot.core.program.interpreter import interpreter_command
 
+pytestmark = pytest.mark.slow
+
 _MARK = "VIZBOT_TEST_MARK"
 SOON = 3.0
 """From the kill until nothing is left [s], on a machine with other work; idle it takes 0.1 s."""

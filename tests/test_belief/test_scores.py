@@ -140,6 +140,7 @@ def test_another_word_for_the_question_costs_it_nothing(asked, same):
     assert beside == pytest.approx(without, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_table_before_a_window_lowers_it_hardly_more_than_its_cosine():
     """Pictures that are most like a window, whose lower half another one hides, like a table."""
     encoder = open_encoder("embedded", "cpu")

@@ -115,6 +115,7 @@ def test_what_the_doctor_finds_bad_keeps_launch_from_opening_devices_unless_forc
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_port_that_is_no_roomba_is_one_line(run, tmp_path):
     master, slave = os.openpty()
     config = tmp_path / "robot.toml"
@@ -133,6 +134,7 @@ def test_without_arguments_the_help_is_shown(run):
     assert "dry-run" in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -197,6 +199,7 @@ def test_an_error_is_one_line_whatever_it_names(run, tmp_path):
     assert_one_line(run("dry-run", "sofa", "--config", "odd.toml"), "there is no setting a b;")
 
 
+@pytest.mark.slow
 def test_a_file_of_the_working_folder_stands_for_no_folder_of_ours(tmp_path):
     for name in ("nav", "mapping", "drivers"):
         (tmp_path / f"{name}.py").write_text("raise SystemExit('not ours')")

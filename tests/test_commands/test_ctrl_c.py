@@ -65,6 +65,7 @@ def amid_a_message(monkeypatch):
     return interrupt_amid_the_next
 
 
+@pytest.mark.slow
 @pytest.mark.sampled("between", "amid")  # the run that serves is interrupted in ctypes
 @pytest.mark.parametrize("where", ["between", "in ctypes", "amid a message"])
 def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(run, tmp_path, monkeypatch, where):
@@ -86,6 +87,7 @@ def test_a_dry_run_that_is_interrupted_saves_its_map_and_says_so(run, tmp_path, 
     assert len(map_bundle.load(tmp_path / "run" / "map").trajectory.stamps) > 0
 
 
+@pytest.mark.slow
 def test_an_interrupt_is_how_a_run_that_serves_ends_whatever_it_arrives_as(run, monkeypatch):
     monkeypatch.setattr(progress.Progress, "on_step", after_three_steps(ctrl_c_in_ctypes))
     code, out, err = run("dry-run", "--serve", "--port", "0", "--world", "5", "--json")

@@ -15,6 +15,8 @@ from mapping import map_bundle
 from tests.helpers.rrd import at, rows
 from vizbot.cli import app as cli
 
+pytestmark = pytest.mark.slow
+
 
 def run_in(folder, *arguments):
     """Exit code and what is printed."""

@@ -88,6 +88,7 @@ ENDS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("end", ENDS)
 def test_a_robot_is_launched_asked_stopped_and_ended(
     end, robot_toml, floor, tmp_path, signals, monkeypatch, command_line

@@ -13,6 +13,8 @@ from mapping.clip.embedded.model_files import read_files
 from mapping.clip.embedded.text_encoder import EmbeddedTexts
 from tests.helpers.bundles import bundle_of
 
+pytestmark = pytest.mark.slow
+
 HEAVY = ("torch", "transformers", "numba", "gtsam", "mujoco", "scipy", "cv2", "fastapi", "rerun")
 LOADED = """
 import json, sys

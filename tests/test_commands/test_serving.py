@@ -17,6 +17,8 @@ from tests.helpers.roomba_rig import ASKED_EVERY, DEADLINE, wait_for
 from tests.helpers.served import drive_for
 from vizbot.operator.client.robot_client import RobotClient
 
+pytestmark = pytest.mark.slow
+
 
 @contextmanager
 def serving(folder, *options, max_steps=8):

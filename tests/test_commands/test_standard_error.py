@@ -11,6 +11,8 @@ import pytest
 from tests.helpers.broken_streams import ASLEEP, BROKEN, broken_stream
 from vizbot.cli.standard_error import LossyFile
 
+pytestmark = pytest.mark.slow
+
 PROGRAM = """
 import logging, sys, typer
 from vizbot.cli.app import main

@@ -16,6 +16,8 @@ from tests.helpers.bundles import bundle_of
 from tests.helpers.checkout import ROOT
 from tests.helpers.served import served
 
+pytestmark = pytest.mark.slow
+
 PROGRAM = """
 import os, sys
 

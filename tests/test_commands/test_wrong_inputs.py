@@ -358,6 +358,7 @@ def refuse(place, taken, command_line, monkeypatch):
     return command
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "words"), rows())
 def test_what_cannot_be_used_is_refused_in_one_line(refuse, taken, command, words):
     line = refuse(command)

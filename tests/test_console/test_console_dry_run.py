@@ -13,6 +13,8 @@ from tests.helpers.browsing import says, take_lease, until
 from tests.helpers.checkout import ROOT
 from tests.test_console.cut_line import Line
 
+pytestmark = pytest.mark.slow
+
 DRY_RUN = [sys.executable, "-c", "from vizbot.cli.app import main; main()", "dry-run"]
 CHAIR = "".join(
     f'<geom type="box" size="{size}" pos="{at}" rgba="0.95 0.8 0.05 1"/>'

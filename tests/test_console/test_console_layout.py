@@ -96,6 +96,7 @@ def under_stop(page):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_lies_under_stop_and_all_fits_in_the_width(console, size, robot, snapshot, scheme):
     busy(robot)

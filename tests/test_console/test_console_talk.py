@@ -244,6 +244,7 @@ def test_a_spoken_yes_answers_the_question_that_waits(page):
     assert typed == []
 
 
+@pytest.mark.slow
 @speaking
 def test_a_robot_hears_through_the_page_with_the_model_it_was_given(
     whisper, session, monkeypatch, tmp_path

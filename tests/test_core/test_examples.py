@@ -17,6 +17,8 @@ from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.session.place_answers import find_places
 from vizbot.rig import open_encoder
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 ROOM = """
 <mujoco>

@@ -39,6 +39,7 @@ def test_to_import_it_loads_nothing_else():
     assert {name for name in loaded if name.startswith((*OURS, "numpy", "pydantic"))} == {"vizbot"}
 
 
+@pytest.mark.slow
 def test_a_client_needs_neither_simulator_nor_encoders():
     loaded = loaded_by("from vizbot import RobotClient")
     assert not {"torch", "mujoco", "cv2", "sim_stubs"} & loaded
@@ -57,6 +58,7 @@ def test_what_it_does_not_export_is_refused_by_name():
         _ = vizbot.Rig
 
 
+@pytest.mark.slow
 def test_a_saved_map_is_asked_in_three_lines(tmp_path):
     encoder, bundle = vizbot.open_encoder("embedded", "cpu"), bundle_of()
     rows = encoder.embed_texts(["white door"]).repeat(len(bundle.elements.keyframes), axis=0)

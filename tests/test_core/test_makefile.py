@@ -167,7 +167,7 @@ def test_checks_and_tests_install_what_they_need_beside_what_the_demo_does():
         for name in ("requirements.lock", "development.lock")
     ]
     assert without_markers[0] < without_markers[1]
-    for target in ("test", "test-benchmarks", "test-long", "check"):
+    for target in ("test", "test-slow", "test-benchmarks", "test-long", "check"):
         installing = " ".join(line for line in planned(target) if " pip install " in line)
         assert "-r requirements.lock" in installing and "-r development.lock" in installing
 

@@ -2,7 +2,6 @@
 
 import ast
 from collections import Counter
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,7 @@ def sources(*folders):
     return [path for folder in folders for path in sorted((ROOT / folder).rglob("*.py"))]
 
 
-@cache
+@pytest.fixture(scope="module")
 def definitions():
     """Each class and function in the five packages, and the file it is in."""
     kinds = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
@@ -30,25 +29,25 @@ def definitions():
     ]
 
 
-def test_no_two_public_classes_have_one_name():
-    classes = [node.name for node, _ in definitions() if isinstance(node, ast.ClassDef)]
+def test_no_two_public_classes_have_one_name(definitions):
+    classes = [node.name for node, _ in definitions if isinstance(node, ast.ClassDef)]
     names = Counter(name for name in classes if not name.startswith("_"))
     assert [name for name, count in names.items() if count > 1] == []
 
 
-def test_functions_are_named_by_what_they_do():
+def test_functions_are_named_by_what_they_do(definitions):
     bad = [
         f"{path}:{node.lineno} {node.name}"
-        for node, path in definitions()
+        for node, path in definitions
         if node.name in MEANINGLESS
     ]
     assert bad == []
 
 
-def test_no_function_takes_more_than_seven_parameters_but_compiled_ones():
+def test_no_function_takes_more_than_seven_parameters_but_compiled_ones(definitions):
     long = {
         f"{path}:{node.lineno} {node.name}": len(names)
-        for node, path in definitions()
+        for node, path in definitions
         if not isinstance(node, ast.ClassDef)
         and not any("jit" in ast.unparse(each) for each in node.decorator_list)
         and len(names := _parameters(node.args)) > 7

@@ -40,6 +40,7 @@ def test_the_wheel_ships_the_five_packages_the_page_and_whose_it_is(tmp_path):
     assert all("extra == 'sim'" in line for line in required)
 
 
+@pytest.mark.slow
 def test_the_sdist_holds_what_belongs_to_the_project(tmp_path):
     with tarfile.open(built("build_sdist", tmp_path)) as sdist:
         top = {name.split("/")[1] for name in sdist.getnames()}

@@ -209,6 +209,7 @@ def test_an_encoder_that_does_not_end_is_poor_by_what_it_took_so_far(
     assert clip.found == f"ViT-L/14: {found}" and remedy in clip.remedy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("asked", "verdict"), [(False, Grade.BAD), (True, Grade.POOR)])
 def test_the_rehearsal_encoder_is_bad_before_a_real_camera_unless_it_is_asked_for(asked, verdict):
     config = Config.model_validate({"perception": {"clip_mapper": {"scales": [1]}}})

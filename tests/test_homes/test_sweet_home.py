@@ -210,6 +210,7 @@ def test_the_robot_starts_on_free_floor_in_the_largest_part(house):
     assert space.clearance(*house.start[:2]) > 0.5
 
 
+@pytest.mark.slow
 def test_an_example_in_the_program_is_named_like_a_file_in_a_folder(tmp_path):
     jar = packed(tmp_path / "sweethome3d.jar", name=f"{EXAMPLES}Studio.xml")
     assert len(read_world(jar / "Studio").rooms) == 2
@@ -230,6 +231,7 @@ def test_the_nine_examples_of_the_program_are_homes():
         assert home.room_at(*home.start[:2]) is not None, name
 
 
+@pytest.mark.slow
 def test_what_is_no_home_is_told_in_one_line(tmp_path):
     torn = tmp_path / "torn.sh3d"
     torn.write_bytes(b"PK\x03\x04 and no more")

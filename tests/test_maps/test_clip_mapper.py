@@ -103,6 +103,7 @@ def test_a_scale_that_is_not_whole_pixels_is_refused():
         ClipMapperConfig(patch_size=225)
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 1000), holes=st.floats(0.0, 1.0))
 def test_the_papers_element_lies_at_the_mean_of_its_patchs_valid_points(seed, holes):
     rng = np.random.default_rng(seed)

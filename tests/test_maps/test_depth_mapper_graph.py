@@ -11,6 +11,7 @@ from tests.helpers.boxes import INTRINSICS, LOW_BOX, MOUNT, depth_of, occupied_x
 from vizbot.core.geometry import invert, planar
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(-np.pi, np.pi))
 def test_the_map_moves_with_the_graph(x, y, yaw):

@@ -108,6 +108,7 @@ def first_run(kept_run) -> MapBundle:
     return deepcopy(kept_run)
 
 
+@pytest.mark.slow
 def test_a_robot_finds_itself_in_a_kept_map_and_maps_on(first_run, mean_colours, tmp_path):
     save(first_run, tmp_path / "home")
     kept, path = load(tmp_path / "home"), lap(100)

@@ -26,6 +26,7 @@ def texts():
     return [*EVALUATION_CLASSES, *sorted(table()), *coloured, *ODD]
 
 
+@pytest.mark.slow
 def test_every_word_has_the_same_embedding_as_by_pytorch(encoders, texts):
     by_torch, by_numpy = (encoder.embed_texts(texts) for encoder in encoders)
     assert by_numpy.dtype == np.float32 and by_numpy.shape == by_torch.shape
@@ -33,6 +34,7 @@ def test_every_word_has_the_same_embedding_as_by_pytorch(encoders, texts):
     assert np.abs(by_numpy - by_torch).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_cosines_with_images_differ_by_less_than_1e_6_and_decide_the_same(encoders, texts):
     # What a map holds scatters around the texts: their cosines lie on both sides of the threshold.
     rng = np.random.default_rng(0)

@@ -156,6 +156,7 @@ def test_every_path_is_that_of_the_rule(kind):
     assert found > 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["open", "rooms"])
 def test_a_goal_near_by_on_a_large_map_is_no_exception(kind):
     rng, found = np.random.default_rng(len(kind)), 0

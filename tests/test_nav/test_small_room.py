@@ -124,6 +124,7 @@ def test_a_wc_whose_floor_is_in_view_from_the_hallway_is_not_entered():
     assert not any(x > DOOR and LOW < y < HIGH for x, y in left_xy)
 
 
+@pytest.mark.slow
 def test_what_the_door_does_not_show_of_a_wc_is_looked_at_from_within_its_door():
     grid = plan(screen=True)
     search, poses = explored(grid)

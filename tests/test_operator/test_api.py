@@ -82,6 +82,7 @@ def test_what_needs_no_words_comes_at_once_where_it_shall(http, session, path):
     assert http.post(path, json={"now": True}).status_code == 422
 
 
+@pytest.mark.slow
 def test_a_doubt_is_shown_by_the_base_and_in_the_log(http, session):
     shown = []
     session.robot.show = shown.append
@@ -150,6 +151,7 @@ def test_a_line_of_the_log_that_tells_of_an_end_names_the_outcome(http, session)
     assert "outcome" not in other
 
 
+@pytest.mark.slow
 def test_a_flood_of_stops_leaves_the_rest_of_the_log(http, session):
     session.log.write("warning", "the camera is gone")
     for number in range(300):
@@ -257,6 +259,7 @@ def test_a_port_that_is_taken_is_one_line(server):
         Server(OperatorSession(), Service(port=port))
 
 
+@pytest.mark.slow
 def test_a_rate_that_is_no_number_is_refused(server):
     with pytest.raises(InvalidStatus), connect(websocket_url(server, "/live?rate=nan")):
         pass

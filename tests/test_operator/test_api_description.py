@@ -79,6 +79,7 @@ def test_a_state_with_all_that_it_may_hold_fits_its_model(http, session):
     assert state["base"]["mode"] == "safe" and state["map_view"]["width"] == 960
 
 
+@pytest.mark.slow
 def test_errors_of_whoever_asks_fit_their_models(session, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     monkeypatch.setattr("vizbot.operator.api.auth._RATE", 0.1)  # a busy machine asks slowly, too

@@ -130,6 +130,7 @@ def test_a_stranger_who_passes_the_challenge_on_to_the_robot_is_refused(challeng
     assert len(challenges) == len(impostor.requests) == 1
 
 
+@pytest.mark.slow
 def test_a_robot_with_another_token_is_refused():
     with served(host="0.0.0.0") as server:
         token_path().unlink()

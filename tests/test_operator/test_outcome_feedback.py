@@ -13,6 +13,8 @@ from sim_stubs.world.free_floor import FreeFloor
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from vizbot.core.types import BaseMode
 
+pytestmark = pytest.mark.slow
+
 PROGRAM = """
 import sys
 from drivers.roomba.base import Roomba

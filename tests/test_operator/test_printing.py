@@ -6,6 +6,7 @@ import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -32,6 +33,7 @@ def require_shown(text):
     assert not set(text) & CONTROLS
 
 
+@pytest.mark.slow
 @given(st.text())
 def test_what_is_printable_steers_nothing_and_says_the_same(text):
     shown = printable(text)
@@ -64,6 +66,7 @@ def test_an_error_cannot_steer_the_terminal_by_the_name_of_a_map(tmp_path, comma
     assert not set(said) & CONTROLS
 
 
+@pytest.mark.slow
 def test_a_goal_cannot_steer_the_terminal_of_who_asks_for_the_state(session, server, capsys):
     session.ask([STEERING])
     with RobotClient(server.url, None) as client:

@@ -109,6 +109,7 @@ def test_a_map_is_deleted_and_the_log_has_it(robot, http, maps):
     assert refused == "there is no saved map 'home'; those that there are: none"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TRICKS)
 def test_a_name_leads_nowhere_else(http, maps, name):
     map_bundle.save(bundle_of(2), maps.parent / "precious")

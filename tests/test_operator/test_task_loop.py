@@ -19,6 +19,8 @@ from vizbot.operator.session.session import OperatorSession
 from vizbot.operator.session.task_loop import run_tasks
 from vizbot.operator.session.twist_mux import TwistMux
 
+pytestmark = pytest.mark.slow
+
 YELLOW = (240, 220, 12)
 AHEAD = Twist(0.2, 0.0)
 

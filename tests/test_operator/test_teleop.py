@@ -126,6 +126,7 @@ def resting(floor):
     return True
 
 
+@pytest.mark.slow
 def test_an_arrow_that_is_held_rolls_and_a_terminal_that_hangs_up_stops(
     person, floor, stub, tmp_path
 ):

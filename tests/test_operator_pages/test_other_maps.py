@@ -90,6 +90,7 @@ def test_a_frame_of_a_kept_map_that_this_run_never_saw_has_no_picture(report_of)
     assert len(proofs(report_of(*OLD_WHITE, *onward, located(40)))) == 1
 
 
+@pytest.mark.slow
 def test_an_answer_on_the_old_map_keeps_its_proof(report_of):
     report = report_of(*OLD_WHITE, located(9), EMPTY)
     (picture,) = proofs(report)

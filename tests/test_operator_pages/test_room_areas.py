@@ -27,6 +27,7 @@ def plan(*patches, size=(40, 60)):
     return probabilities
 
 
+@pytest.mark.slow
 def test_a_place_belongs_to_the_room_that_it_most_probably_shows():
     kitchen = belief(plan(((0, 10), (0, 20), 0.9), ((0, 10), (20, 30), 0.6)), (4, -8))
     bedroom = belief(plan(((0, 10), (16, 40), 0.7)), (4, -8))

@@ -99,6 +99,7 @@ def drive_while_frozen(pipeline, base, felt, tasks):
             asked += step.ended is not None or ticks % 15 == 0
 
 
+@pytest.mark.slow
 @pytest.mark.sampled("nothing", "virtual wall", "overcurrent", "edge in Passive", "dock and bumper")
 @pytest.mark.parametrize("name", FROZEN)
 def test_no_behaviour_drives_far_backwards_while_the_sensors_are_frozen(pipeline_on, name):
@@ -149,6 +150,7 @@ def test_a_contact_that_lasts_ends_the_task_at_rest_and_every_later_one_at_once(
     assert -base.T_odom_base[0, 3] <= 0.3
 
 
+@pytest.mark.slow
 def test_wheels_that_do_not_count_are_given_five_seconds(pipeline_on):
     base = FrozenBase(felt=BUMPED, turns=False)
     pipeline = pipeline_on(base)
@@ -157,6 +159,7 @@ def test_wheels_that_do_not_count_are_given_five_seconds(pipeline_on):
     assert 4.0 < backwards <= 5.0
 
 
+@pytest.mark.slow
 def test_way_ahead_without_a_contact_gives_the_budget_back_and_less_does_not(pipeline_on):
     for ahead, again in ((0.14, False), (0.16, True)):
         base = FrozenBase(felt=WALL)
@@ -171,6 +174,7 @@ def test_way_ahead_without_a_contact_gives_the_budget_back_and_less_does_not(pip
         assert more == pytest.approx(0.3 if again else 0.0, abs=0.01)
 
 
+@pytest.mark.slow
 def test_much_way_ahead_is_not_saved_up(pipeline_on):
     base = FrozenBase()
     pipeline = pipeline_on(base)
@@ -184,6 +188,7 @@ def test_much_way_ahead_is_not_saved_up(pipeline_on):
     assert more == pytest.approx(0.6, abs=0.01)
 
 
+@pytest.mark.slow
 def test_way_ahead_along_a_contact_gives_nothing_back(pipeline_on):
     base = FrozenBase(felt=WALL)
     pipeline = pipeline_on(base)
@@ -194,6 +199,7 @@ def test_way_ahead_along_a_contact_gives_nothing_back(pipeline_on):
     np.testing.assert_allclose(base.T_odom_base, there, atol=0.01)
 
 
+@pytest.mark.slow
 def test_driving_backwards_by_hand_costs_nothing(pipeline_on):
     base = FrozenBase()
     pipeline = pipeline_on(base)
@@ -205,6 +211,7 @@ def test_driving_backwards_by_hand_costs_nothing(pipeline_on):
     assert -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3]) == pytest.approx(0.3, abs=0.01)
 
 
+@pytest.mark.slow
 def test_another_map_gives_nothing_back(pipeline_on):
     base = FrozenBase(felt=BUMPED)
     pipeline = pipeline_on(base)

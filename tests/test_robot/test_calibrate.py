@@ -97,6 +97,7 @@ def counted_twice(sample: Sample) -> Sample:
     return replace(sample, T_odom_base=T_odom_base)
 
 
+@pytest.mark.slow
 def test_it_stops_where_something_is_in_its_way(monkeypatch):
     config, ahead = Config(), {Leg.AHEAD: (Twist(0.25, 0.0), 10.0)}
     monkeypatch.setattr("vizbot.calibration.drive._DRIVE", ahead)
@@ -110,6 +111,7 @@ def test_it_stops_where_something_is_in_its_way(monkeypatch):
         assert np.array_equal(rig.devices.base.read().T_odom_base, at_rest)
 
 
+@pytest.mark.slow
 def test_it_drives_back_no_farther_than_it_went_ahead(monkeypatch):
     legs = {Leg.AHEAD: (Twist(0.15, 0.0), 2.0), Leg.BACK: (Twist(-0.15, 0.0), 10.0)}
     monkeypatch.setattr("vizbot.calibration.drive._DRIVE", legs)

@@ -96,6 +96,7 @@ def test_it_goes_to_a_place_and_comes_back_to_where_it_began(robot):
     assert np.linalg.norm(there.xy - start) < 0.3
 
 
+@pytest.mark.slow
 def test_a_robot_that_began_on_its_dock_finds_back_onto_it_charges_and_leaves_it_again(robot):
     there = robot(charge=0.5)
     assert there.do(Waypoint(-1.5, 1.0))[0] is Outcome.ARRIVED
@@ -120,6 +121,7 @@ def test_on_its_dock_but_obeying_it_is_told_to_charge(robot):
     assert there.base.read().mode is BaseMode.PASSIVE
 
 
+@pytest.mark.slow
 def test_a_robot_that_was_launched_on_its_dock_charges_until_it_is_asked_for_something(robot):
     there = robot(charge=0.5)
     assert there.base.read().mode is BaseMode.SAFE
@@ -146,6 +148,7 @@ def test_who_drives_by_hand_is_obeyed_on_the_dock(robot):
     assert there.base.read().mode is BaseMode.SAFE
 
 
+@pytest.mark.slow
 def test_another_map_changes_nothing_of_what_the_base_does(robot):
     there = robot(charge=0.5)
     assert there.do(Task.DOCK)[0] is Outcome.ARRIVED
@@ -162,6 +165,7 @@ def test_another_map_changes_nothing_of_what_the_base_does(robot):
     assert lonely.base.read().mode is BaseMode.SAFE
 
 
+@pytest.mark.slow
 def test_a_robot_that_was_pushed_off_its_dock_goes_back(robot):
     there = robot(charge=0.5)
     assert there.do(Task.DOCK)[0] is Outcome.ARRIVED
@@ -181,6 +185,7 @@ def test_who_presses_clean_ends_the_docking(robot):
     assert there.base.read().mode is BaseMode.SAFE
 
 
+@pytest.mark.slow
 def test_where_it_cannot_get_before_its_dock_the_base_is_not_let_loose(robot):
     there = robot()
     there.do(Waypoint(-2.5, 0.0))
@@ -191,6 +196,7 @@ def test_where_it_cannot_get_before_its_dock_the_base_is_not_let_loose(robot):
     assert there.base.read().mode is BaseMode.SAFE
 
 
+@pytest.mark.slow
 def test_a_dock_that_is_gone_is_given_up_and_the_base_obeys_again(robot):
     there = robot(planar(0.0, 0.0, 0.0), dock=None)
     began = there.clock.now()

@@ -140,6 +140,7 @@ def drive(encoder, ticks=30):
         return before, signatures()
 
 
+@pytest.mark.slow
 def test_a_drive_meets_no_kernel_with_arguments_that_it_was_not_compiled_for(mean_colours):
     before, after = drive(mean_colours)
     assert len(before) > 15
@@ -153,6 +154,7 @@ def test_no_kernel_that_python_calls_returns_a_tuple_with_arrays():
     assert [name for name, each in called.items() if returns_arrays_in_a_tuple(each)] == []
 
 
+@pytest.mark.slow
 def test_a_signal_within_a_kernel_is_an_interrupt_and_no_crash(tmp_path):
     assert ran(_INTERRUPTED, tmp_path) == 2000
 
@@ -176,6 +178,7 @@ def imported(program, **environment):
     )
 
 
+@pytest.mark.slow
 def test_an_account_that_can_write_neither_home_nor_installation_compiles_for_one_run(tmp_path):
     done = imported(_WITHOUT_A_HOME, **NOWHERE, TMPDIR=str(tmp_path))
     folder, count, known = done.stdout.split()
@@ -192,6 +195,7 @@ def test_an_account_that_can_write_nowhere_at_all_is_told_in_a_line():
     assert "set TMPDIR or NUMBA_CACHE_DIR" in done.stdout
 
 
+@pytest.mark.slow
 def test_what_compiles_first_says_what_takes_its_first_minutes(tmp_path):
     program = (
         "from vizbot.cli.logs import show_warnings; show_warnings()\n"

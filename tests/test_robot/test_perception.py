@@ -113,6 +113,7 @@ def test_the_same_view_again_adds_elements_and_no_places(perceive):
     assert 0 < places[2] == places[3] == places[4] < places[5]
 
 
+@pytest.mark.slow
 def test_a_belief_that_follows_the_map_is_what_one_of_the_whole_map_is(perceive, mean_colours):
     question = Query(mean_colours.embed_texts(["red"])[0], None)
     following = Belief(question, fitted_weights())

@@ -21,6 +21,7 @@ from vizbot.operator.session.place_answers import find_places
 from vizbot.perception.perception import Perception
 
 
+@pytest.mark.slow
 def test_the_robot_first_turns_once_around(pipeline_on):
     base = ScriptedBase()
     steps = ticks(pipeline_on(base, look_around=True), 60)
@@ -147,6 +148,7 @@ def until_it_ends(pipeline, goal, most=120):
     return steps
 
 
+@pytest.mark.slow
 def test_what_fills_the_view_is_found_confirmed_and_reported(pipeline_on):
     base = ScriptedBase()
     pipeline = pipeline_on(base, colour=(240, 220, 12))
@@ -371,6 +373,7 @@ def test_the_grid_that_is_shown_and_planned_on_holds_the_zones(pipeline_on):
     assert pipeline.bundle().keep_out == (ahead,)
 
 
+@pytest.mark.slow
 def test_what_is_refuted_is_believed_less_by_the_next_search_for_the_same_words(pipeline_on):
     pipeline = pipeline_on(ScriptedBase(), colour=(240, 220, 12))
     goal = pipeline.goal("yellow chair")
@@ -393,6 +396,7 @@ def test_the_method_of_the_paper_has_nothing_to_learn_of_a_place(pipeline_on):
             learn(np.zeros(2))
 
 
+@pytest.mark.slow
 def test_a_step_tells_the_place_that_the_robot_goes_up_to_and_the_map_what_shows_it(pipeline_on):
     pipeline = pipeline_on(ScriptedBase(), colour=(240, 220, 12))
     assert pipeline.candidate(np.zeros(2)) is None, "nothing is searched for yet"

@@ -14,6 +14,8 @@ from vizbot.rehearsal.config import RehearsalConfig
 from vizbot.rehearsal.rig import Rig
 from vizbot.rig import open_encoder
 
+pytestmark = pytest.mark.slow
+
 DEADLINE = 20.0
 
 

@@ -48,6 +48,7 @@ angles = st.floats(-0.4, 0.4)
 offsets = st.floats(-0.15, 0.15)
 
 
+@pytest.mark.slow
 @given(st.floats(0.2, 1.4), offsets, offsets, angles, angles, angles)
 def test_a_mount_is_found_from_a_spin_and_a_straight_line(height, forward, left, yaw, tilt, roll):
     mount = camera_mount(height, forward, tilt, left, yaw, roll)

@@ -127,6 +127,7 @@ def test_who_presses_clean_on_a_lifted_robot_ends_the_search(pipeline_on):
     assert "Clean" in ticks(pipeline, 3)[-1].ended[1]
 
 
+@pytest.mark.slow
 def test_a_robot_that_does_not_obey_since_it_was_lifted_says_so(pipeline_on):
     passive = {"mode": BaseMode.PASSIVE}
     feels = dict.fromkeys(range(1000), passive) | {0: passive | {"wheel_drops": (True, True)}}

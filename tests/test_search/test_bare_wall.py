@@ -1,6 +1,7 @@
 """A wall of which depth shows nothing, and what the robot makes of being blind before it."""
 
 import numpy as np
+import pytest
 
 from mapping.occupancy.depth_mapper import DepthMapper
 from nav.config import FrontierConfig
@@ -41,6 +42,7 @@ def searched(robot, most=600):
     return steps
 
 
+@pytest.mark.slow
 def test_a_bare_wall_that_the_map_has_a_hole_for_stops_no_search(monkeypatch):
     # Without the guard on progress, which would end it as well.
     monkeypatch.setattr(ProgressGuard, "instead_of", lambda self, decision, *a: decision)

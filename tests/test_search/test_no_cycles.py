@@ -25,6 +25,8 @@ from tests.test_search.plan_robot import (
 from vizbot.core.geometry import yaw_of
 from vizbot.objectnav.tasks import ShortMove, Task, Waypoint
 
+pytestmark = pytest.mark.slow
+
 STEPS = 10_000
 WIDTH = 3.4
 TASKS = 4

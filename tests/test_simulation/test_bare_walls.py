@@ -129,6 +129,7 @@ def test_what_stands_before_a_mirror_hides_it():
     assert alone[row, column] > 1.2 * (GLASS - 1.05)
 
 
+@pytest.mark.slow
 def test_what_is_not_drawn_into_a_mirror_would_not_have_been_seen(bared):
     mirror = bared.mirror
     yaw = np.arctan2(*-mirror.normal[1::-1])
@@ -175,11 +176,13 @@ def test_bare_walls_change_nothing_that_a_robot_touches(plain, bared):
         assert np.array_equal(after.piece.size, before.piece.size)
 
 
+@pytest.mark.slow
 def test_a_plain_home_mirrors_nothing(plain):
     assert plain.mirror is None
     assert plan_world(str(SEED)).house.mirror is None
 
 
+@pytest.mark.slow
 def test_a_bare_home_is_entered_where_the_plain_one_is(plain):
     named = f"{SEED}+bare"
     planned = plan_world(named, "sofa")

@@ -128,6 +128,7 @@ def test_the_robot_sees_and_drives_in_it(house):
     assert rgb.std() > 10
 
 
+@pytest.mark.slow
 def test_the_robot_starts_at_its_site_whatever_it_is_asked_for(write):
     with open_world(str(write(WORLD)), WorldConfig(), text="stool") as world:
         assert world.T_world_base[:2, 3] == pytest.approx([-1, -2])
@@ -258,6 +259,7 @@ def labelled(write, tmp_path):
     return read
 
 
+@pytest.mark.slow
 def test_bodies_and_geoms_of_a_scene_by_others_are_what_the_labels_say(labelled):
     with labelled() as world:
         things = {it.name: it for it in world.instances}
@@ -272,6 +274,7 @@ def test_bodies_and_geoms_of_a_scene_by_others_are_what_the_labels_say(labelled)
         assert things["wall"].yaw == 0.0
 
 
+@pytest.mark.slow
 def test_the_floor_of_a_scene_by_others_is_at_zero_wherever_it_was(labelled):
     with labelled() as world:
         assert {it.name: it.elevation for it in world.instances} == pytest.approx(
@@ -281,6 +284,7 @@ def test_the_floor_of_a_scene_by_others_is_at_zero_wherever_it_was(labelled):
         assert world.T_world_base[:2, 3] == pytest.approx(START[:2])
 
 
+@pytest.mark.slow
 def test_what_is_transparent_is_left_out_and_a_cube_s_texture_gives_its_colour(labelled):
     with labelled() as world:
         x, y, z = triangles(world.house.structure).reshape(-1, 3).T
@@ -289,6 +293,7 @@ def test_what_is_transparent_is_left_out_and_a_cube_s_texture_gives_its_colour(l
         assert bench.piece.parts[0].rgba == pytest.approx([0.6, 0.4, 0.2, 1.0], abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_scene_ends_at_a_wall(labelled):
     with labelled() as world:
         for yaw, distance in ((0.0, 4.0), (pi / 2, 2.0), (-pi / 2, 4.0)):
@@ -305,6 +310,7 @@ def test_a_scene_ends_at_a_wall(labelled):
         assert world.T_world_base[0, 3] == pytest.approx(3.0 - 0.175, abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("labels", "message"),
     [
@@ -324,6 +330,7 @@ def test_labels_that_cannot_be_used_are_told_in_one_line(labelled, labels, messa
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.slow
 def test_labels_are_for_mjcf_files_alone_and_must_be_there(write, tmp_path):
     with pytest.raises(ConfigError, match="an MJCF file, not for the world '1100'"):
         open_world("1100", WorldConfig(), labels=tmp_path / "labels.toml")
@@ -331,6 +338,7 @@ def test_labels_are_for_mjcf_files_alone_and_must_be_there(write, tmp_path):
         open_world(str(write(OTHERS)), WorldConfig(), labels=tmp_path / "labels.toml", start=START)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", [(1.0, 0.45), (1.0, 0.0), (7.0, 0.0), (2.95, 0.0)])
 def test_a_start_beside_inside_or_beyond_everything_is_refused_with_a_place_nearby(labelled, place):
     with pytest.raises(ConfigError, match="the nearest free place is") as refusal:
@@ -340,12 +348,14 @@ def test_a_start_beside_inside_or_beyond_everything_is_refused_with_a_place_near
         assert world.contacts.cliffs == (False,) * 4
 
 
+@pytest.mark.slow
 def test_a_scene_without_room_for_the_robot_is_told(labelled):
     with pytest.raises(ConfigError, match="the robot fits nowhere"):
         raised = OTHERS.replace('pos="1 0 -0.5"', 'pos="1 0 0.5"')
         labelled(scene=raised.replace('size="3 3 1"', 'size="0.1 0.1 1"'))
 
 
+@pytest.mark.slow
 def test_a_start_that_is_given_goes_before_the_site_and_the_goal(write):
     path = str(write(WORLD))
     for start in ((1.0, -1.0, 0.3), (-2.0, -1.0, 0.0)):

@@ -35,6 +35,7 @@ def eyes(home, count, seed=0):
         yield T_world_cam
 
 
+@pytest.mark.slow
 def test_what_is_not_drawn_would_not_have_been_seen(home):
     drawn = 0
     with (
@@ -51,6 +52,7 @@ def test_what_is_not_drawn_would_not_have_been_seen(home):
         assert drawn < 0.2 * 25 * culled._model.ngeom
 
 
+@pytest.mark.slow
 def test_a_picture_does_not_depend_on_those_before_it(home):
     places = list(eyes(home, 6))
     with Renderer(home, D435I_COLOUR) as renderer:

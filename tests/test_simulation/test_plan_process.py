@@ -19,6 +19,7 @@ from vizbot.rehearsal.plan_process import PlanProcess
 OUTLINE = WorldConfig().outline(height=0.6, forward=0.05)
 
 
+@pytest.mark.slow
 def test_it_is_the_same_world():
     with PlanProcess("3", OUTLINE, "sofa") as process:
         planned = process.plan()

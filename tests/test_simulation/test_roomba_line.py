@@ -29,6 +29,7 @@ def journey(number):
         return rig, travel
 
 
+@pytest.mark.slow
 def test_every_byte_that_is_lost_costs_one_period_of_one_command():
     sound, expected = journey(-1)
     assert sound.line.written > 250

@@ -140,6 +140,7 @@ def test_an_empty_battery_ends_everything(program):
     assert program.stub.asleep
 
 
+@pytest.mark.slow
 def test_a_base_falls_asleep_in_passive_mode_alone_and_a_button_wakes_it(program):
     program = program()
     program.send(128)

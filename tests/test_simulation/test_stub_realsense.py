@@ -52,6 +52,7 @@ def frames(tmp_path_factory, world):
         return list(iter(player.read, None))
 
 
+@pytest.mark.slow
 def test_the_simulated_camera_is_recorded_at_its_full_rates(frames):
     assert len(frames) == round(30 * SECONDS)
     stamps = [frame.stamp for frame in frames]
@@ -71,6 +72,7 @@ def test_the_robot_rests_and_then_turns_where_it_stands(frames):
     assert 0.3 < np.median(frames[-1].depth) < 8.0
 
 
+@pytest.mark.slow
 def test_the_command_says_where_the_recording_is(tmp_path, world):
     path = tmp_path / "corner.db3"
     asked = ["--world", str(world), "--out", str(path), "--seconds", "0.1"]

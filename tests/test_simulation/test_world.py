@@ -184,6 +184,7 @@ def test_the_plan_from_above_looks_through_the_ceiling():
         assert columns.mean() < plan.shape[1] / 2
 
 
+@pytest.mark.slow
 def test_pictures_do_not_change_between_two_worlds_of_one_seed():
     pictures = []
     for _ in range(2):
@@ -194,6 +195,7 @@ def test_pictures_do_not_change_between_two_worlds_of_one_seed():
     assert 60 < pictures[0][0].mean() < 200
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1000])
 def test_the_goal_cannot_be_seen_from_the_start(seed):
     with open_world(str(seed), WorldConfig(), text="yellow chair") as world:
@@ -202,6 +204,7 @@ def test_the_goal_cannot_be_seen_from_the_start(seed):
             assert not (world.segment(float(turn)) == goal).any()
 
 
+@pytest.mark.slow
 def test_a_world_starts_far_from_what_it_will_be_asked_for():
     with open_world("1000", WorldConfig(), text="the couch") as world:
         x, y = world.T_world_base[:2, 3]
@@ -211,6 +214,7 @@ def test_a_world_starts_far_from_what_it_will_be_asked_for():
         assert world.notice == "world 1000: a home with held-out furniture, floors and walls"
 
 
+@pytest.mark.slow
 def test_a_goal_that_the_start_is_not_far_from_is_told():
     with open_world("1000", WorldConfig(), text="red unicorn") as world:
         about, start = world.notice.splitlines()
@@ -260,6 +264,7 @@ def test_a_machine_without_opengl_is_told_what_to_install(monkeypatch):
         renderer._platform()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "value"),
     [("MUJOCO_GL", "glfw"), ("MUJOCO_GL", "osmesa"), ("PYOPENGL_PLATFORM", "osmesa"),

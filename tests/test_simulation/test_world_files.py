@@ -11,6 +11,8 @@ from sim_stubs.world import world_file
 from sim_stubs.world.world_file import read_world
 from vizbot.core.errors import ConfigError
 
+pytestmark = pytest.mark.slow
+
 ROOM = """<mujoco><compiler meshdir="."/><asset>{asset}</asset><worldbody>
 <geom type="plane" size="3 3 0.1"/><site name="start" pos="0 0 0"/>{body}
 </worldbody></mujoco>"""

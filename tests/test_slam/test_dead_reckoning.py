@@ -30,6 +30,7 @@ def test_after_standing_the_gyroscope_says_how_far_wheels_that_slip_have_turned(
     assert abs(yaw_of(np.linalg.inv(drive.T_true) @ drive.T_wheels)) > 0.5
 
 
+@pytest.mark.slow
 def test_the_error_of_turns_by_the_gyroscope_is_as_large_as_it_says() -> None:
     normalised = []
     for seed in range(40):

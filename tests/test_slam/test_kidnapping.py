@@ -11,6 +11,8 @@ from tests.helpers.box_room import CAMERA, ELSEWHERE, T_BASE_CAM, WALLS, errors,
 from vizbot.core.geometry import invert, planar
 from vizbot.core.types import SE3, PoseEstimate, Tracking
 
+pytestmark = pytest.mark.slow
+
 OUT, BACK = lap(100)[:40], lap(100)[15:40]
 TURNS = [OUT[-1] @ planar(0, 0, 0.2 * i) for i in range(20)]
 DARK = range(len(OUT) + 1, len(OUT) + 6)

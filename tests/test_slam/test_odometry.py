@@ -155,6 +155,7 @@ def test_a_prediction_makes_a_narrow_search_enough() -> None:
     assert measure(keyframe, features, narrow) is None
 
 
+@pytest.mark.slow
 def test_uncertainty_adds_up_along_a_chain() -> None:
     rng = np.random.default_rng(8)
     T_a_b, T_b_c = small_motion(rng, 0.5, 1.0), small_motion(rng, 0.5, 1.0)

@@ -26,6 +26,8 @@ from tests.helpers.box_room import (
 from vizbot.core.geometry import invert, planar, rotation_angle
 from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, Tracking
 
+pytestmark = pytest.mark.slow
+
 Lap: TypeAlias = tuple[Slam, list[PoseEstimate], list[SE3]]
 
 

@@ -12,6 +12,8 @@ from tests.helpers.box_room import CAMERA, ELSEWHERE, RAYS, T_BASE_CAM, WALLS, f
 from vizbot.core.geometry import planar, transform
 from vizbot.core.types import Tracking
 
+pytestmark = pytest.mark.slow
+
 TURNS = [planar(-1.2, 0.0, 0.15 * i) for i in range(12)]
 
 

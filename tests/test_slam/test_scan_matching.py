@@ -8,6 +8,8 @@ from mapping.relocalisation.scan_matching import agreement_at, match_scan
 from vizbot.core.geometry import invert, planar, rotation_angle
 from vizbot.core.types import SE3, OccupancyGrid
 
+pytestmark = pytest.mark.slow
+
 CONFIG = ScanMatchConfig()
 WALLS = [(-3.0, -2.0, 3.0, -2.0), (3.0, -2.0, 3.0, 2.0), (3.0, 2.0, -3.0, 2.0)]
 """Of a room that is open at its left."""

@@ -53,6 +53,7 @@ def test_the_map_starts_where_the_base_started() -> None:
     assert estimates[0].is_keyframe
 
 
+@pytest.mark.slow
 def test_a_lap_with_wheels_ends_where_it_began(whole_lap: Lap) -> None:
     _, estimates, Ts_map_base = whole_lap
     wheels = dead_reckoning(Ts_map_base)[-1]
@@ -79,6 +80,7 @@ def test_the_same_frames_give_the_same_poses_bit_for_bit(whole_lap: Lap) -> None
         assert np.array_equal(first.T_map_cam, second.T_map_cam)
 
 
+@pytest.mark.slow
 def test_images_alone_follow_a_lap() -> None:
     Ts_map_base = lap(100)
     _, estimates = follow(Ts_map_base, None)
@@ -86,12 +88,14 @@ def test_images_alone_follow_a_lap() -> None:
     assert errors(estimates, Ts_map_base)[:, 0].max() < 0.1
 
 
+@pytest.mark.slow
 def test_fast_turns_on_the_spot_are_followed() -> None:
     Ts_map_base = [planar(0, 0, 0.24 * i) for i in range(27)]
     _, estimates = follow(Ts_map_base, dead_reckoning(Ts_map_base, drift=0.1))
     assert errors(estimates, Ts_map_base)[:, 1].max() < 0.03
 
 
+@pytest.mark.slow
 def test_wheels_carry_the_pose_through_the_dark() -> None:
     Ts_map_base = lap(100)[:60]
     _, estimates = follow(Ts_map_base, dead_reckoning(Ts_map_base), dark=range(20, 45))
@@ -119,6 +123,7 @@ def test_where_images_fail_the_way_that_they_knew_is_kept() -> None:
     assert errors(estimates, Ts_map_base)[:, 0].max() < 0.02
 
 
+@pytest.mark.slow
 def test_without_wheels_darkness_is_lost_and_light_is_found_again() -> None:
     Ts_map_base = lap(100)[:20] + [lap(100)[19]] * 10 + lap(100)[19:30]
     _, estimates = follow(Ts_map_base, None, dark=range(20, 28))
@@ -143,6 +148,7 @@ def test_in_the_dark_the_gyroscope_keeps_the_heading_of_wheels_that_slip(gyro: b
     assert wrong < 0.02 if gyro else wrong > 0.2
 
 
+@pytest.mark.slow
 def test_a_gyroscope_that_reads_too_much_is_known_for_it_when_it_gets_dark() -> None:
     Ts_map_base = [lap(100)[0]] * 8 + lap(100)[:60]
     Ts_odom_base = dead_reckoning(Ts_map_base)
@@ -155,6 +161,7 @@ def test_a_gyroscope_that_reads_too_much_is_known_for_it_when_it_gets_dark() -> 
     assert abs(yaw_of(T_end)) < 0.01 * sum(turns(Ts_map_base)[40:])
 
 
+@pytest.mark.slow
 def test_images_that_stand_still_do_not_stop_a_robot_that_turns() -> None:
     Ts_map_base = [lap(100)[0]] * 8 + lap(100)[:40]
     stuck = range(20, 30)

@@ -13,6 +13,8 @@ from tests.helpers.box_room import CAMERA, T_BASE_CAM, errors, lap, render, turn
 from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.types import SE3, RGBDFrame, Tracking
 
+pytestmark = pytest.mark.slow
+
 STANDS, FAILS = 5, range(20, 32)
 PATH = [lap(100)[0]] * STANDS + lap(100)[:22] + lap(100)[20::-1] + [lap(100)[0]] * 5
 IMAGES = ("right", "dark", "frozen")

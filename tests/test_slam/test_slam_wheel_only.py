@@ -13,6 +13,8 @@ from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.types import SE3, ImuSamples, PoseEstimate, Tracking
 
+pytestmark = pytest.mark.slow
+
 
 def slipping(Ts_map_base: list[SE3], dark: range, slip: SE3) -> list[SE3]:
     """Wheels that are right in the light and tell of `slip` more with each frame in the dark."""
