@@ -170,7 +170,7 @@ def test_a_rehearsal_is_timed_by_the_steps_that_it_prints(tree, monkeypatch):
     monkeypatch.setenv("OMP_WAIT_POLICY", "passive")
     found = rehearse(tree, "1100", "sofa", 50)
     assert found.steps == 50
-    assert 0.004 <= found.wall < 0.05
+    assert 0.003 <= found.wall < 0.05  # the first line may be read late
     assert found.commands == rehearse(tree, "1100", "sofa", 50).commands
 
 
