@@ -11,7 +11,7 @@ from typing import Annotated, TypeVar
 import typer
 
 from benchmarks.claims import pages
-from benchmarks.episodes.episode import Home
+from benchmarks.episodes.episode import EncoderScale, Home
 from benchmarks.episodes.homes import FIRST_HOME
 from benchmarks.fast_world import bench as fast_world
 from benchmarks.faults import bench as faults
@@ -140,7 +140,8 @@ class ObjectNavOptions:
 def run_objectnav(options: ObjectNavOptions) -> None:
     """Search for each goal that the homes have, one at a time."""
     board, goals = options.board, options.goals
-    rows = _asked_rows(board.rows, options.method, options.encoder_scale)
+    scale = None if options.fast else options.encoder_scale
+    rows = _asked_rows(board.rows, options.method, scale)
     if goals is not None and (board.quick or options.fast):
         raise ConfigError(f"--quick and --fast choose their goals; leave out --goals {goals}")
     if options.fast:
@@ -148,7 +149,7 @@ def run_objectnav(options: ObjectNavOptions) -> None:
             raise ConfigError(
                 f"--fast is for homes of --seeds; leave out --worlds {options.worlds}"
             )
-        _run_fast(board, rows)
+        _run_fast(board, rows, options.encoder_scale)
         return
     worlds, folder = None, None
     if options.worlds is not None:
@@ -360,7 +361,7 @@ def _run_board(
         _write_page(search_page, kept)
 
 
-def _run_fast(options: BoardOptions, rows: str | None) -> None:
+def _run_fast(options: BoardOptions, rows: str | None, scale: EncoderScale | None) -> None:
     """Compare rules of the search in the fast world, in homes of development."""
     config, seeds = _unattended(options), seeds_of(options.seeds)
     for seed in seeds or ():
@@ -373,7 +374,7 @@ def _run_fast(options: BoardOptions, rows: str | None) -> None:
     made = Fingerprint.taken(config.clip)
     folder = folder_for(options.out, FAST_WORLD)
     plan = BenchPlan(config, folder, made, seeds, options.quick, chosen)
-    _print(fast_world.run_fast(plan), options.as_json)
+    _print(fast_world.run_fast(plan, scale), options.as_json)
 
 
 def _asked_rows(

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.ablations.ablation import ABLATIONS, WHOLE
-from benchmarks.episodes.episode import Episode, EpisodeResult, HomeGoals
+from benchmarks.episodes.episode import EncoderScale, Episode, EpisodeResult, HomeGoals
 from benchmarks.episodes.run import encoder_of
 from benchmarks.fast_world.walk import FastHome, SearchRule, Walk
 from benchmarks.harness.bench_plan import (
@@ -25,7 +25,7 @@ from benchmarks.harness.bench_plan import (
     goals_of_homes,
 )
 from benchmarks.harness.fingerprint import key_of_robot, key_of_settings, key_of_sources
-from benchmarks.harness.scores import NavigationScore, spl
+from benchmarks.harness.scores import NavigationScore, interval_over_homes, spl
 from benchmarks.harness.store import Store
 from benchmarks.harness.tables import markdown_table
 from benchmarks.harness.workers import in_parallel
@@ -38,8 +38,6 @@ TUNING, REPORTING = tuple(range(1100, 1108)), tuple(range(1108, 1112))
 DEVELOPMENT = (range(1000), range(1100, 1200), (7305,))
 """Homes of development; all others are boards, which the fast world does not enter. In 7305 a bare
 wall once held searches for ever."""
-STARTS = 3
-"""Number of episodes of each goal, each from another start."""
 DEFAULT = "default"
 _VIEWS = (
     "sim_stubs",
@@ -61,6 +59,7 @@ class _Job:
     rule: SearchRule
     episodes: tuple[Episode, ...]
     views: Path
+    scale: EncoderScale | None
 
 
 def rules(config: Config) -> tuple[SearchRule, ...]:
@@ -79,13 +78,14 @@ def is_of_development(home: int) -> bool:
     return any(home in homes for homes in DEVELOPMENT)
 
 
-def run_fast(plan: BenchPlan) -> BenchResult:
+def run_fast(plan: BenchPlan, scale: EncoderScale | None = None) -> BenchResult:
     """Walk the episodes that have no result yet, and print the tables.
 
     Args:
         plan: Its homes; without them those to tune in and to report on. Where it is quick, the
             episodes of the quick share, so that a rule can be held against the whole loop's. Its
             rows; without them all but those without a part of the search.
+        scale: Of the encoder's cosines; None for its own.
     """
     homes = plan.homes or (QUICK_SHARE if plan.quick else (*TUNING, *REPORTING))
     goals = goals_of_homes(BenchPlan(plan.config, plan.folder, plan.fingerprint, homes))
@@ -95,24 +95,20 @@ def run_fast(plan: BenchPlan) -> BenchResult:
         if (rule.ablation is WHOLE if plan.rows is None else rule.name in plan.rows)
     ]
     episodes = single_goal_episodes(goals, QUICK_SHARE_OF) if plan.quick else episodes_of(goals)
-    results = {rule.name: _run_missing(rule, episodes, plan) for rule in chosen}
+    results = {rule.name: _run_missing(rule, episodes, plan, scale) for rule in chosen}
     return fast_result(results)
 
 
 def episodes_of(homes: Sequence[HomeGoals]) -> list[Episode]:
-    """Every goal of every home, from several starts."""
-    return [
-        Episode(home.home, (goal,), number)
-        for home in homes
-        for goal in home.goals
-        for number in range(STARTS)
-    ]
+    """Every goal of every home."""
+    return [Episode(home.home, (goal,)) for home in homes for goal in home.goals]
 
 
 def _run_missing(
-    rule: SearchRule, episodes: Sequence[Episode], plan: BenchPlan
+    rule: SearchRule, episodes: Sequence[Episode], plan: BenchPlan, scale: EncoderScale | None
 ) -> list[EpisodeResult]:
-    store = Store(plan.folder / f"fast-{rule.name.replace(' ', '-')}.jsonl", EpisodeResult)
+    name = "-".join(["fast", *rule.name.split(), *([scale] if scale else [])])
+    store = Store(plan.folder / f"{name}.jsonl", EpisodeResult)
     key = "-".join(
         (
             key_of_robot("benchmarks/episodes", "benchmarks/fast_world"),
@@ -126,7 +122,7 @@ def _run_missing(
             by_home.setdefault(episode.home, []).append(episode)
     encoder = encoder_of(rule.config).model_id
     views = plan.folder / "views" / f"{encoder}-{_key_of_views(rule.config)}".replace("/", "_")
-    jobs = [_Job(rule, tuple(each), views) for each in by_home.values()]
+    jobs = [_Job(rule, tuple(each), views, scale) for each in by_home.values()]
     for _, walked in in_parallel(_walk_home, jobs, f"fast, {rule.name}", _home_line):
         for result in walked:
             store.add(key, plan.fingerprint.commit, plan.fingerprint.hardware, result)
@@ -144,7 +140,7 @@ def _walk_home(job: _Job) -> list[EpisodeResult]:
     """Walk the episodes of one home."""
     config, home = job.rule.config, job.episodes[0].home
     assert isinstance(home, int)
-    with FastHome(home, config, encoder_of(config), job.views) as opened:
+    with FastHome(home, config, encoder_of(config), job.views, job.scale) as opened:
         return [Walk(opened, job.rule, episode).run() for episode in job.episodes]
 
 
@@ -182,11 +178,15 @@ def _row(
     results: Mapping[Episode, EpisodeResult],
     default: Mapping[Episode, EpisodeResult],
 ) -> dict[str, object]:
-    """A row of the table; `gain` is the difference of SPL to the default row, paired."""
+    """A row of the table; `gain` is the difference of SPL to the default row, paired.
+
+    `gain_low` is what it is at least with a probability of 95 %, one-sided, over homes.
+    """
     score = NavigationScore.from_results(list(results.values()))
     goals = [result.goals[0] for result in results.values()]
     own = {episode: spl(result.goals) or 0.0 for episode, result in results.items()}
-    pairs = [own[each] - (spl(default[each].goals) or 0.0) for each in own.keys() & default.keys()]
+    gains = {each: own[each] - (spl(default[each].goals) or 0.0) for each in own if each in default}
+    bounds = interval_over_homes([(k.home, gain) for k, gain in gains.items()], (5.0, 95.0))
     return {
         "row": name,
         "homes": homes,
@@ -194,8 +194,8 @@ def _row(
         "success_rate": score.success.value,
         "spl": score.spl,
         "spl_error": standard_error(list(own.values())),
-        "gain": float(np.mean(pairs)) if pairs else None,
-        "gain_error": standard_error(pairs),
+        "gain": float(np.mean([*gains.values()])) if gains else None,
+        "gain_low": bounds and bounds[0],
         "steps": score.steps,
         "way": float(np.mean([goal.path_length for goal in goals])),
         "false_claims": float(np.mean([goal.claimed and not goal.success for goal in goals])),

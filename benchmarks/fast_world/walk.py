@@ -9,15 +9,16 @@ the safety behaviours, of which only a plain backing off from contacts is kept.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
 from benchmarks.ablations.ablation import WHOLE, Ablation
-from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult
+from benchmarks.episodes.episode import EncoderScale, Episode, EpisodeResult, GoalResult
 from benchmarks.episodes.homes import open_benchmark_home, start_of
+from benchmarks.episodes.other_encoders import OtherEncoder
 from benchmarks.fast_world.minds import BeliefMind, Mind, PaperMind
 from benchmarks.fast_world.places import Places
 from benchmarks.fast_world.views import HEADINGS, View, Views, pose_of
@@ -57,15 +58,32 @@ class SearchRule:
 class FastHome:
     """A home with the true body of the robot, and the views that were made so far."""
 
-    def __init__(self, seed: int, config: Config, encoder: ClipEncoder, folder: Path) -> None:
-        """Open the home."""
+    def __init__(
+        self,
+        seed: int,
+        config: Config,
+        encoder: ClipEncoder,
+        folder: Path,
+        scale: EncoderScale | None = None,
+    ) -> None:
+        """Open the home.
+
+        Args:
+            seed: Number of the home.
+            config: Settings of the robot.
+            encoder: Embeds the views.
+            folder: Keeps the views.
+            scale: What is made of the encoder's cosines; None leaves them as they are.
+        """
         rehearsal = RehearsalConfig.read(config)
         still = rehearsal.model_copy(update={"world": rehearsal.world.model_copy(update=BODY)})
         self.seed = seed
         self.world = open_benchmark_home(seed, still.within(config))
-        self.encoder = encoder
+        self._other = None if scale is None else OtherEncoder(encoder, scale)
+        self.encoder: ClipEncoder = self._other or encoder
         self.places = Places.in_world(self.world)
-        self.views = Views(self.world, self.encoder, config.perception, folder / str(seed))
+        self.views = Views(self.world, encoder, config.perception, folder / str(seed))
+        self._embedded: dict[int, View] = {}
 
     def close(self) -> None:
         """Keep the new views, and free the renderer."""
@@ -83,9 +101,17 @@ class FastHome:
         x, y = T_world_base[:2, 3].tolist()
         place = self.places.nearest(x, y)
         heading = round(yaw_of(T_world_base) / (2 * np.pi / HEADINGS)) % HEADINGS
-        xy = self.places.xy[place]
-        view = self.views.view(xy, place, heading)
-        return place * HEADINGS + heading, view, pose_of(xy, heading)
+        xy, number = self.places.xy[place], place * HEADINGS + heading
+        if number not in self._embedded:
+            self._embedded[number] = self._as_embedded(self.views.view(xy, place, heading))
+        return number, self._embedded[number], pose_of(xy, heading)
+
+    def _as_embedded(self, view: View) -> View:
+        """A view as the encoder has it that the search is given."""
+        if self._other is None:
+            return view
+        embeddings = self._other.embeddings_of_pictures(view.elements.embeddings)
+        return replace(view, elements=replace(view.elements, embeddings=embeddings))
 
 
 class Walk:

@@ -52,17 +52,20 @@ class Rate:
         return max(0.0, centre - half), min(1.0, centre + half)
 
 
-def interval_over_homes(values: Iterable[tuple[Home, float]]) -> tuple[float, float] | None:
-    """95 % interval of a mean, or a rate, by the cluster bootstrap: whole homes are drawn again.
+def interval_over_homes(
+    values: Iterable[tuple[Home, float]], percentiles: tuple[float, float] = (2.5, 97.5)
+) -> tuple[float, float] | None:
+    """An interval of a mean, or a rate, by the cluster bootstrap: whole homes are drawn again.
 
     What happens in one home is not independent. With few homes the interval is rough, and where
     they happen to be alike it is too narrow. A fixed seed makes it the same every time.
 
     Args:
         values: Home and value of each trial; an outcome counts as 0 or 1.
+        percentiles: Of the ends of the interval; those of one of 95 % by default.
 
     Returns:
-        2.5th and 97.5th percentile of the pooled mean; None with fewer than two homes.
+        These percentiles of the pooled mean; None with fewer than two homes.
     """
     by_home: dict[Home, list[float]] = {}
     for home, value in values:
@@ -73,7 +76,7 @@ def interval_over_homes(values: Iterable[tuple[Home, float]]) -> tuple[float, fl
     tallies = np.array([(sum(each), len(each)) for each in by_home.values()])
     drawn = np.random.default_rng(0).integers(homes, size=(_RESAMPLES, homes))
     counts, trials = tallies[drawn].sum(axis=1).T
-    low, high = np.percentile(counts / trials, (2.5, 97.5))
+    low, high = np.percentile(counts / trials, percentiles)
     return float(low), float(high)
 
 

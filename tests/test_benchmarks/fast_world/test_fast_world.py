@@ -157,7 +157,8 @@ def test_rules_are_paired_episode_by_episode():
     )
     row = {(each["row"], each["homes"]): each for each in result.rows}
     assert row["other", "to tune in"]["gain"] == pytest.approx(0.25)
-    assert row["other", "to tune in"]["gain_error"] == pytest.approx(0.25)
+    assert row["other", "to tune in"]["gain_low"] == 0.0
+    assert row["other", "to report on"]["gain_low"] is None
     assert row["other", "to report on"]["gain"] == pytest.approx(0.125)
     assert row["default", "all"]["gain"] == 0.0
     assert row["other", "all"]["spl"] == pytest.approx(0.5)
@@ -179,7 +180,7 @@ def test_a_quick_run_walks_the_episodes_of_the_quick_share(tmp_path, monkeypatch
         return [HomeGoals(home, ("bed", "sofa", "sink", "tv")) for home in plan.homes]
 
     monkeypatch.setattr(bench, "goals_of_homes", goals)
-    monkeypatch.setattr(bench, "_run_missing", lambda rule, episodes, plan: walked.append(episodes))
+    monkeypatch.setattr(bench, "_run_missing", lambda rule, episodes, *_: walked.append(episodes))
     monkeypatch.setattr(bench, "fast_result", lambda results: results)
     made = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores")
     plan = BenchPlan(UNATTENDED, tmp_path, made, None, quick=True, rows=("default",))
@@ -190,14 +191,14 @@ def test_a_quick_run_walks_the_episodes_of_the_quick_share(tmp_path, monkeypatch
     ]  # fmt: skip
     assert {each.number for each in episodes} == {0}
     bench.run_fast(replace(plan, quick=False, homes=(1100,)))
-    assert len(walked[1]) == 4 * bench.STARTS
+    assert [each.goals for each in walked[1]] == [("bed",), ("sofa",), ("sink",), ("tv",)]
 
 
 def test_the_command_walks_the_rows_that_are_asked_for(vizbot, monkeypatch, tmp_path):
     asked = []
 
-    def run_fast(plan):
-        asked.append(plan)
+    def run_fast(plan, scale):
+        asked.append((plan, scale))
         return fast_result({"default": results([0.5, 0.5], [1100, 1108])})
 
     monkeypatch.setattr(bench, "run_fast", run_fast)
@@ -205,6 +206,24 @@ def test_the_command_walks_the_rows_that_are_asked_for(vizbot, monkeypatch, tmp_
         "objectnav", "--fast", "--rows", "default,without z-score", "--out", str(tmp_path), "--json"
     )
     assert code == 0 and json.loads(out)["summary"]["default"]["spl"] == 0.5
-    assert asked[0].rows == ("default", "without z-score") and asked[0].folder == tmp_path
+    [(plan, scale)] = asked
+    assert plan.rows == ("default", "without z-score") and plan.folder == tmp_path and not scale
     assert vizbot("objectnav", "--fast", "--method", "paper")[0] == 0
-    assert asked[1].rows == ("paper",)
+    assert asked[1][0].rows == ("paper",)
+    assert vizbot("objectnav", "--fast", "--rows", "default", "--encoder-scale", "offset")[0] == 0
+    assert asked[2][0].rows == ("default",) and asked[2][1] == "offset"
+
+
+def test_another_encoder_has_its_cosines_in_the_same_views(home, folder):
+    with FastHome(HOME, BRIEF, encoder_of(BRIEF), folder, "clip") as other:
+        T = home.world.T_world_base
+        own, scaled = home.view_at(T), other.view_at(T)
+        assert own[0] == scaled[0] and own[1].scan.packed == scaled[1].scan.packed
+        texts = ["sofa", "kitchen"]
+        before, now = (
+            each.view_at(T)[1].elements.embeddings @ each.encoder.embed_texts(texts).T
+            for each in (home, other)
+        )
+        slope = other.encoder._slope
+        assert np.allclose(now, slope * before + other.encoder._shift, atol=1e-4)
+        assert other.view_at(T)[1] is scaled[1]
