@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Any, Self
+from typing import Any
 
 from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.discovery import CONNECT, cameras_by_serial, find_camera, frame_rate
@@ -30,6 +30,7 @@ from drivers.realsense.sdk import rs
 from drivers.realsense.sensor_options import apply_options
 from drivers.realsense.streams import RealSenseStreams, frame_stamps, stamp_domain
 from drivers.realsense.timestamps import FrameStamps, SharedClock
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
 from vizbot.core.types import Intrinsics, RGBDFrame
@@ -42,7 +43,7 @@ camera's first stamps are on its own, until the SDK has compared it with the hos
 _CHECK = "check its USB 3 cable and port"
 
 
-class RealSense:
+class RealSense(Closeable):
     """A live camera.
 
     Depth is registered to colour with the factory calibration. Stamps are the SDK's, in seconds,
@@ -127,12 +128,6 @@ class RealSense:
         """Stop the streams; twice is fine."""
         self._over = f"{self._name}: already closed; open the camera again"
         self._close_streams()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _open(self) -> None:
         """Start the streams of a connected camera.

@@ -10,7 +10,6 @@ cleaning (the base only goes to Passive mode), the 28.5 mm/s steps of the wheel 
 from __future__ import annotations
 
 import logging
-from typing import Self
 
 from drivers.roomba.commands import Command, CommandParser, Opcode, check
 from drivers.roomba.packets import (
@@ -28,6 +27,7 @@ from sim_stubs.roomba.dock import SensedDock
 from sim_stubs.roomba.serial_line import LineNoise, SerialLine
 from sim_stubs.roomba.wheels import Wheels, within_range
 from sim_stubs.world.body import Body
+from vizbot.core.closeable import Closeable
 from vizbot.core.types import BaseMode
 
 logger = logging.getLogger(__name__)
@@ -170,7 +170,7 @@ class Songs:
         return {Packet.SONG_NUMBER: self._selected, Packet.SONG_PLAYING: int(self._left > 0)}
 
 
-class SimulatedRoomba:
+class SimulatedRoomba(Closeable):
     """The base: a `LockstepDevice` with a body in some world.
 
     Attributes:
@@ -274,12 +274,6 @@ class SimulatedRoomba:
         """Stop the wheels and release the pseudo-terminal; twice is fine."""
         self._wheels.stop()
         self._line.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _keep_safe(self) -> None:
         """Leave Safe mode on one of its three events (manual, page 7)."""

@@ -21,6 +21,7 @@ from sim_stubs.world.body import Contacts
 from sim_stubs.world.config import WorldConfig
 from sim_stubs.world.lighting import Lighting
 from sim_stubs.world.world_plan import D435I_COLOUR, HouseShape, WorldPlan
+from vizbot.core.closeable import Closeable
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import camera_mount, planar, yaw_of
 from vizbot.core.types import SE3, Intrinsics
@@ -32,7 +33,7 @@ MOUNT = camera_mount(height=0.60, forward=0.05, tilt=0.15)
 """Usual place of the camera, T_base_cam."""
 
 
-class World:
+class World(Closeable):
     """A `Body` in a house.
 
     Attributes:
@@ -208,12 +209,6 @@ class World:
     def close(self) -> None:
         """Free the renderer."""
         self._eye.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _advance_once(self, dt: float) -> None:
         config = self._config

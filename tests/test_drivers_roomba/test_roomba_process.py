@@ -21,7 +21,7 @@ from drivers.roomba.service import Drive, Trouble
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.roomba.wall_clock import on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.roomba_rig import (
     DEADLINE,
     HangingAddress,

@@ -9,7 +9,6 @@ import torch
 from mapping.clip.embedded.encoder import load_embedded_clip, to_ids, to_pixels, to_values
 from mapping.clip.embedded.text_encoder import DIMENSION, LONGEST_TEXT
 from mapping.clip.embedded.towers import Clip
-from training.augmentation import augmented, swap_channels
 from training.batch_texts import draw_texts, truth_of
 from training.captions.captions import Caption, target
 from training.captions.facts import FACT_INDEX, Facts
@@ -18,8 +17,10 @@ from training.training import (
     VOCABULARY,
     PatchPool,
     TrainingConfig,
+    augmented,
     chosen_threshold,
     contrastive_loss,
+    swap_channels,
     train,
     train_tokenizer,
 )

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import queue
 from contextlib import suppress
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
 from vizbot.operator.voice.sound import Sound
 from vizbot.operator.voice.sound_decoder import RATE
@@ -21,7 +22,7 @@ _KEPT = 60.0
 """Length of sound that waits to be read [s]; older sound is dropped."""
 
 
-class Microphone:
+class Microphone(Closeable):
     """The default microphone; recording once constructed, until `close()`."""
 
     def __init__(self) -> None:
@@ -80,12 +81,6 @@ class Microphone:
     def close(self) -> None:
         """Stop recording; twice is fine."""
         self._stream.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _take(self, samples: Sound, frames: int, time: object, status: object) -> None:
         """Keep a copy, since PortAudio uses its buffer again; drop what nobody reads."""
