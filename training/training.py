@@ -31,8 +31,7 @@ from torch.nn.functional import (
 from mapping.clip.embedded.encoder import EmbeddedClip, to_ids, to_values
 from mapping.clip.embedded.towers import Clip
 from mapping.clip.encoder import ClipEncoder
-from training.batch_texts import draw_texts, truth_of
-from training.captions.captions import draw_captions, draw_negatives
+from training.captions.captions import draw_captions, draw_negatives, draw_texts, truth_of
 from training.captions.facts import FACT_INDEX, FACTS, Facts
 from training.evaluation import embed
 from training.text_stage import (

@@ -24,8 +24,7 @@ from drivers.roomba.service import LockstepLink
 from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule
 from sim_stubs.faults.faulty_base import FaultyRoomba
 from sim_stubs.faults.faulty_camera import FaultyCamera
-from sim_stubs.faults.faulty_encoder import FaultyEncoder
-from sim_stubs.faults.faulty_program import FaultyObserver
+from sim_stubs.faults.faulty_program import FaultyEncoder, FaultyObserver
 from sim_stubs.world.body import FreeFloor
 from sim_stubs.world.box_room import BoxCamera
 from vizbot.config import Config

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness.bench_plan import BenchResult
-from benchmarks.harness.reference_kernel import DESCRIPTION
+from benchmarks.harness.fingerprint import REFERENCE_KERNEL
 from benchmarks.harness.tables import markdown_table
 from benchmarks.slam.frame_to_frame import MAX_DEPTH
 from mapping.trajectory_error import absolute_trajectory_error, associate, relative_error
@@ -149,7 +149,7 @@ def sequence_table(rows: Sequence[Mapping[str, object]], summary: Mapping[str, A
         " ground truth, which are the scored ones; tracked are those posed from image matches.",
         f"Times of vizbot are the medians of {summary['runs']} runs (means"
         f" {summary['ms_mean_least']:.1f} to {summary['ms_mean_most']:.1f} ms), those of the others"
-        f" are of one; beside them the {DESCRIPTION} took"
+        f" are of one; beside them the {REFERENCE_KERNEL} took"
         f" {summary['reference_kernel_ms']:.1f} ms.",
     ]
     return "\n\n".join([text, *notes])

@@ -9,7 +9,7 @@ from drivers.roomba.packets import Packet
 from sim_stubs.faults.catalogue import FaultSchedule, parse_faults
 from sim_stubs.faults.faulty_base import FaultyLine, FaultyRoomba
 from sim_stubs.faults.faulty_body import FaultyBody
-from sim_stubs.faults.faulty_encoder import FaultyEncoder
+from sim_stubs.faults.faulty_program import FaultyEncoder
 from sim_stubs.world.body import FreeFloor
 from tests.helpers.roomba_rig import Rig
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
