@@ -25,8 +25,7 @@ from drivers.roomba.config import RoombaConfig
 from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from drivers.roomba.stream import PERIOD
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
 from sim_stubs.world.body import Contacts, FreeFloor
 from vizbot.core.clock import WallClock
 from vizbot.core.types import Twist

@@ -18,7 +18,7 @@ from scipy.special import expit
 from benchmarks.slam.replays import ReplayFrame, delayed
 from sim_stubs.realsense.config import ColourNoiseConfig, DepthNoiseConfig, SimulatedRealSenseConfig
 from sim_stubs.realsense.depth_noise import noisy_colour, noisy_depth
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from vizbot.config import Config
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import back_project, invert, planar, rotation_angle, transform, yaw_of

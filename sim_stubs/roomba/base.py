@@ -10,6 +10,10 @@ cleaning (the base only goes to Passive mode), the 28.5 mm/s steps of the wheel 
 from __future__ import annotations
 
 import logging
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from drivers.roomba.commands import Command, CommandParser, Opcode, check
 from drivers.roomba.packets import (
@@ -22,7 +26,7 @@ from drivers.roomba.packets import (
     singles,
 )
 from drivers.roomba.serial_port import SerialPort
-from drivers.roomba.stream import encode_sensor_frame
+from drivers.roomba.stream import PERIOD, encode_sensor_frame
 from sim_stubs.roomba.dock import SensedDock
 from sim_stubs.roomba.serial_line import LineNoise, SerialLine
 from sim_stubs.roomba.wheels import Wheels, within_range
@@ -370,3 +374,27 @@ class SimulatedRoomba(Closeable):
             values[cliff] = int(seen)
             values[signal] = 0 if seen else _FLOOR_SIGNAL
         return values | self.overrides
+
+
+def run_on_wall_clock(roomba: SimulatedRoomba, stopped: threading.Event) -> None:
+    """Run the base in real time, a frame every 15 ms, until `stopped` is set."""
+    before = time.monotonic()
+    while not stopped.wait(PERIOD):
+        now = time.monotonic()
+        roomba.advance(now - before)
+        roomba.publish()
+        before = now
+
+
+@contextmanager
+def on_wall_clock(roomba: SimulatedRoomba) -> Iterator[SimulatedRoomba]:
+    """Run the base in a thread beside the caller, and close it at the end."""
+    stopped = threading.Event()
+    thread = threading.Thread(target=run_on_wall_clock, args=(roomba, stopped), daemon=True)
+    with roomba:
+        thread.start()
+        try:
+            yield roomba
+        finally:
+            stopped.set()
+            thread.join()

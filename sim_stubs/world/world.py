@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
 from sim_stubs.homes.geometry.solids import triangles
-from sim_stubs.world.body import Contacts
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import Contacts, WorldConfig
 from sim_stubs.world.lighting import Lighting
 from sim_stubs.world.world_plan import D435I_COLOUR, HouseShape, WorldPlan
 from vizbot.core.closeable import Closeable

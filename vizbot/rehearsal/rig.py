@@ -26,8 +26,7 @@ from sim_stubs.faults.catalogue import FaultSchedule, PlannedFault
 from sim_stubs.faults.faulty_base import FaultyRoomba
 from sim_stubs.faults.faulty_camera import FaultyCamera
 from sim_stubs.faults.faulty_program import FaultyEncoder, FaultyObserver, Killer
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
 from sim_stubs.world.body import FreeFloor
 from vizbot.config import Config
 from vizbot.core.clock import WallClock

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from sim_stubs.homes.furniture.appearance import COLOURS, painted_in_shades
 from sim_stubs.homes.furniture.fitting import Source, fitted
-from sim_stubs.homes.furniture.paint import COLOURS, painted_in_shades
 from sim_stubs.homes.geometry.solids import Piece
 from vizbot.core.errors import ConfigError
 
