@@ -77,7 +77,7 @@ class Fingerprint:
     @property
     def clean(self) -> bool:
         """Whether the commit alone says what the sources were."""
-        return is_clean(self.commit)
+        return self.commit != "unknown" and not self.commit.endswith("+")
 
     def still_holds(self) -> bool:
         """Whether the files are still those of this fingerprint."""
@@ -125,11 +125,6 @@ def key_of_robot(*names: str) -> str:
     """
     more = [path for name in names for path in _sources(name)]
     return _short([_digest([*_robot_sources(*_PACKAGES), *more]), *_furniture()])
-
-
-def is_clean(commit: str) -> bool:
-    """Whether the value of `commit()` alone says what the sources were."""
-    return commit != "unknown" and not commit.endswith("+")
 
 
 def hardware() -> str:

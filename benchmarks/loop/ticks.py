@@ -205,12 +205,9 @@ def drive_ticks(drive: TimedDrive, folder: Path) -> Ticks:
         pipeline.finish()
         elements = len(pipeline.map.perception.clip_map)
     rest = sum(wall) - sum(time.wall for name, time in timer.times.items() if name != "video")
-    stages = timer.times | {REST: StageTime(max(0.0, sum(processor) - _sum(timer)), max(0.0, rest))}
+    of_stages = sum(each.processor for each in timer.times.values())
+    stages = timer.times | {REST: StageTime(max(0.0, sum(processor) - of_stages), max(0.0, rest))}
     return Ticks(tuple(wall), tuple(processor), tuple(moved), elements, stages)
-
-
-def _sum(timer: StageTimer) -> float:
-    return sum(each.processor for each in timer.times.values())
 
 
 def blown_up(bundle: MapBundle, count: int) -> MapBundle:

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.episodes.episode import EpisodeResult, GoalResult, Home, HomeGoals
 from benchmarks.episodes.homes import OWN_SHAPE
 from benchmarks.harness.tables import markdown_table
-from sim_stubs.homes.furniture.home_shapes import DEVELOPMENT, FIRST_IN_TURN
+from sim_stubs.homes.furniture.procedural import DEVELOPMENT, FIRST_IN_TURN
 from sim_stubs.homes.home import HELD_OUT
 from sim_stubs.scoring.success import GOALS
 from vizbot.core.observer import Outcome

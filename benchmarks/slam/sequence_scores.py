@@ -50,11 +50,6 @@ def frame_rate(stamps: NDArray[np.float64]) -> float:
     return 1.0 / float(np.median(np.diff(stamps))) if len(stamps) > 1 else 30.0
 
 
-def _path_length(Ts_world_cam: NDArray[np.float64]) -> float:
-    """Length of a path [m]."""
-    return float(np.linalg.norm(np.diff(Ts_world_cam[:, :3, 3], axis=0), axis=1).sum())
-
-
 def posed(stamps: NDArray[np.float64], Ts_map_cam: NDArray[np.float64]) -> Poses:
     """Stamps and poses of the frames that have a pose."""
     known = np.isfinite(Ts_map_cam).all(axis=(1, 2))
@@ -113,7 +108,9 @@ def sequence_result(
         "runs": len(ours.times_ms),
         "reference_kernel_ms": kernel_ms,
         "rate": frame_rate(ours.stamps),
-        "path_length": None if reference is None else _path_length(reference[1]),
+        "path_length": None if reference is None else float(
+            np.linalg.norm(np.diff(reference[1][:, :3, 3], axis=0), axis=1).sum()
+        ),
         "ms_mean_least": float(ours.times_ms.mean(axis=1).min()),
         "ms_mean_most": float(ours.times_ms.mean(axis=1).max()),
     }  # fmt: skip
