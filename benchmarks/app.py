@@ -15,7 +15,7 @@ from benchmarks.episodes.episode import EncoderScale, Home
 from benchmarks.episodes.homes import FIRST_HOME
 from benchmarks.fast_world import bench as fast_world
 from benchmarks.faults import bench as faults
-from benchmarks.faults.page import faults_page
+from benchmarks.faults.bench import faults_page
 from benchmarks.harness.bench_plan import (
     ENCODER_ROWS,
     QUICK_SHARE_ROWS,

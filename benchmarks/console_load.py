@@ -18,7 +18,6 @@ from dataclasses import asdict, dataclass, replace
 from itertools import cycle
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Self
 
 import typer
 from websockets.asyncio.client import connect
@@ -30,9 +29,10 @@ from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.world.world_name import open_world
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
-from vizbot.core.devices import Devices
+from vizbot.core.closeable import Closeable
 from vizbot.core.files import write_whole
 from vizbot.core.geometry import yaw_of
+from vizbot.core.interfaces import Devices
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import Intrinsics, RGBDFrame
 from vizbot.objectnav.tasks import Goal
@@ -54,7 +54,7 @@ _PAIRS = 6
 _GOAL = "yellow chair"
 
 
-class LoopedCamera:
+class LoopedCamera(Closeable):
     """A `Camera` that plays frames to and fro in real time; a late reader misses frames."""
 
     def __init__(self, frames: list[RGBDFrame], clock: WallClock) -> None:
@@ -78,12 +78,6 @@ class LoopedCamera:
 
     def close(self) -> None:
         """Do nothing: the camera holds no resource."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,21 +65,9 @@ class TimedClock:
     """A clock that times the work which is started on it."""
 
     def __init__(self, clock: Clock, times: LoopTimes) -> None:
-        self._clock = clock
-        self._times = times
+        self._clock, self._times = clock, times
         self.simulated = clock.simulated
-
-    def now(self) -> float:
-        """Seconds since an arbitrary start."""
-        return self._clock.now()
-
-    def sleep(self, seconds: float) -> None:
-        """Let `seconds` pass."""
-        self._clock.sleep(seconds)
-
-    def repeat(self, step: Callable[[], None]) -> Callable[[], None]:
-        """Run `step` over and over."""
-        return self._clock.repeat(step)
+        self.now, self.sleep, self.repeat = clock.now, clock.sleep, clock.repeat
 
     def start(self, work: Callable[[], T], latency: float) -> Pending[T]:
         """Do `work` and time it."""

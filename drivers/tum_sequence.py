@@ -11,7 +11,7 @@ import itertools
 import struct
 from codecs import BOM_UTF8
 from pathlib import Path
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -27,6 +27,7 @@ from vizbot.core.camera_limits import (
     require_depth_scale,
     without_saturated,
 )
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.settings import causes
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
@@ -63,7 +64,7 @@ class _Pair(NamedTuple):
     depth: Path
 
 
-class RecordedSequence:
+class RecordedSequence(Closeable):
     """A `Camera` that reads a folder, one pair of images for each `read`.
 
     Args:
@@ -135,12 +136,6 @@ class RecordedSequence:
     def close(self) -> None:
         """Refuse further reads; twice is fine."""
         self._closed = True
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _load(self, pair: _Pair) -> RGBDFrame:
         bgr, raw = _decode(pair.rgb), _decode(pair.depth)

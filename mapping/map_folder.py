@@ -9,15 +9,15 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Self
 
 from mapping.map_header import HEADER, REMEDY, TENSORS
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import MapError
 
 log = logging.getLogger(__name__)
 
 
-class MapUse:
+class MapUse(Closeable):
     """A claim to a saved map: until it is closed or its process ends, nobody deletes the map."""
 
     def __init__(self, folder: Path) -> None:
@@ -38,12 +38,6 @@ class MapUse:
         descriptor, self._descriptor = self._descriptor, -1
         if descriptor >= 0:
             os.close(descriptor)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
 
 def is_in_use(folder: Path) -> bool:

@@ -25,8 +25,7 @@ from hypothesis import settings
 
 from mapping import map_bundle
 from mapping.clip.reading import Reading
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
 from tests.helpers.browsing import KEPT_BROWSER, PATIENCE, MapPicture
 from tests.helpers.bundles import bundle_of
 from tests.helpers.roomba_host import Host

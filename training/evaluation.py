@@ -30,8 +30,12 @@ from training.captions.captions import target
 from training.captions.facts import FACT_INDEX, Facts
 from training.captions.held_out_questions import WITHHELD_COMBINATIONS, Question
 from training.captions.phrasing import WITHHELD_PHRASINGS
-from training.captions.spoken_phrasing import TRAINED_SPOKEN, WITHHELD_SPOKEN, spoken
-from training.captions.synonyms import WITHHELD_SYNONYMS
+from training.captions.spoken_phrasing import (
+    TRAINED_SPOKEN,
+    WITHHELD_SPOKEN,
+    WITHHELD_SYNONYMS,
+    spoken,
+)
 from training.captions.unrelated_words import HELD_OUT_WORDS
 from training.views import LabelledPatches, take_all
 from vizbot.core.home_vocabulary import EVALUATION_CLASSES

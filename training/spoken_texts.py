@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from training.batch_texts import NAMES
 from training.captions import phrasing
 from training.captions.captions import (
+    NAMES,
     Caption,
     draw_captions,
     draw_colours,
@@ -20,8 +20,13 @@ from training.captions.captions import (
 )
 from training.captions.facts import FACTS, Fact, Facts
 from training.captions.held_out_pairs import is_withheld
-from training.captions.spoken_phrasing import TRAINED_ADJECTIVES, TRAINED_SPOKEN, spoken
-from training.captions.synonyms import TRAINED_SYNONYMS, has_withheld_synonym
+from training.captions.spoken_phrasing import (
+    TRAINED_ADJECTIVES,
+    TRAINED_SPOKEN,
+    TRAINED_SYNONYMS,
+    has_withheld_synonym,
+    spoken,
+)
 from training.captions.unrelated_words import CAPTION_WORDS, HELD_OUT_WORDS
 from vizbot.core.home_vocabulary import COLOURS, MATERIALS, ROOMS, THINGS
 

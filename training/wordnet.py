@@ -18,8 +18,8 @@ from typing import Annotated
 import typer
 
 from mapping.clip.embedded.word_table import HEADING, TABLE
-from training.batch_texts import NAMES
-from training.captions.synonyms import TRAINED_SYNONYMS
+from training.captions.captions import NAMES
+from training.captions.spoken_phrasing import TRAINED_SYNONYMS
 
 SENSES = 3
 """Senses of a word that are asked."""

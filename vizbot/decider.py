@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from vizbot.behaviours.blind_motion import BlindMotion
 from vizbot.behaviours.docking import Docking
 from vizbot.config import Config
-from vizbot.core.devices import Devices
+from vizbot.core.interfaces import Devices
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, STOP, BaseState, OccupancyGrid, PoseEstimate, RGBDFrame
 from vizbot.current_map import CurrentMap

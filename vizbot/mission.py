@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from vizbot.core.devices import Devices
+from vizbot.core.interfaces import Devices
 from vizbot.core.observer import GoalReport, Outcome
 from vizbot.core.types import STOP
 from vizbot.objectnav.tasks import Goal, Task

@@ -16,7 +16,7 @@ from mapping.map_bundle import MapBundle, require_encoder
 from mapping.map_snapshot import MapSnapshot
 from mapping.occupancy.depth_mapper import require_resolution
 from vizbot.config import Config
-from vizbot.core.devices import Devices
+from vizbot.core.interfaces import Devices
 from vizbot.core.observer import Candidate, GoalReport, Observer, Observers, Outcome, Step
 from vizbot.core.types import RGBDFrame, Twist
 from vizbot.current_map import CurrentMap

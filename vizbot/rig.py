@@ -19,9 +19,8 @@ from mapping.clip.checkpoint.checkpoint import SHORT_NAMES, find_checkpoint
 from mapping.clip.own_encoder import is_class_name, open_class, require_module
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
-from vizbot.core.devices import Devices
 from vizbot.core.errors import ConfigError, DeviceError
-from vizbot.core.interfaces import Base, Camera
+from vizbot.core.interfaces import Base, Camera, Devices
 from vizbot.core.program.interrupts import holding_interrupts
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import Intrinsics

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from benchmarks.claims.claims import kept_facts, read_claims
 from benchmarks.episodes.absent_things import ThingAnswer
-from benchmarks.faults.page import faults_page
+from benchmarks.faults.bench import faults_page
 from benchmarks.harness.bench_plan import ENCODER_ROWS, PAPER, SEARCHED, results_file
 from benchmarks.harness.scores import NavigationScore, Rate, interval_over_homes
 from benchmarks.harness.store import Store

@@ -99,7 +99,7 @@ def explored_map(
     world: World, seed: int, config: Config, folder: Path
 ) -> tuple[ExplorationResult, MapBundle]:
     """How the exploration of a home ended, and its map, which the folder keeps for next time."""
-    result_file = _result_file(folder)
+    result_file = folder.with_suffix(".json")  # beside the folder of its map
     if not folder.exists() or not result_file.exists():
         exploration, bundle = _explored(world, seed, config)
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -125,11 +125,6 @@ def _explored(world: World, seed: int, config: Config) -> tuple[ExplorationResul
         raise MapError(f"home {seed} has no map: {reason}")
     explored = outcome is Outcome.EXPLORED
     return ExplorationResult(seed, explored, reason, pipeline.steps), bundle
-
-
-def _result_file(folder: Path) -> Path:
-    """The file of the exploration's result, beside the folder of its map."""
-    return folder.with_suffix(".json")
 
 
 def elements_of_scales(

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 from pydantic import TypeAdapter
 
 from vizbot.config import Config
-from vizbot.core.devices import Devices
-from vizbot.core.interfaces import Base
+from vizbot.core.closeable import Closeable
+from vizbot.core.interfaces import Base, Devices
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, BaseState, Feedback, Twist
 
@@ -62,7 +61,7 @@ def _drawn_from(values: Sequence[float], rng: np.random.Generator) -> Callable[[
     return lambda: float(rng.choice(values))
 
 
-class DecidedBase:
+class DecidedBase(Closeable):
     """A base that tells when the program begins to decide, and when it has decided.
 
     Meanwhile it goes on as last commanded. On a robot, whose camera is faster than the simulated
@@ -117,9 +116,3 @@ class DecidedBase:
     def close(self) -> None:
         """Close the base."""
         self._base.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()

@@ -36,9 +36,9 @@ from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
 from sim_stubs.world.world import World
 from vizbot.config import Config
-from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError, VizbotError
 from vizbot.core.geometry import yaw_of
+from vizbot.core.interfaces import Devices
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.mission import drive_to_all

@@ -27,11 +27,10 @@ from benchmarks.fast_world.walk import FastHome
 from benchmarks.harness.bench_plan import UNATTENDED
 from benchmarks.harness.workers import in_parallel
 from mapping.clip.background.phrases import other_rooms
-from mapping.clip.evidence import NAMES, NEAR, PRIOR, evidence, features
+from mapping.clip.evidence import NAMES, NEAR, PRIOR, WEIGHTS_FILE, Weights, evidence, features
 from mapping.clip.footprint import PLACE
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Background, Query
-from mapping.clip.weights import FILE, Weights
 from sim_stubs.scoring.success import GOALS
 from vizbot.core.geometry import transform
 from vizbot.operator.printing import echo
@@ -273,7 +272,7 @@ def see_home(job: tuple[int, Path]) -> SeenHome:
 
 def fit(
     folder: Annotated[Path, typer.Argument(help="Where views are kept.")],
-    out: Annotated[Path, typer.Option(help="The file of the numbers.")] = FILE,
+    out: Annotated[Path, typer.Option(help="The file of the numbers.")] = WEIGHTS_FILE,
     without: Annotated[Omission | None, typer.Option(help="What to fit them without.")] = None,
 ) -> None:
     """Fit the numbers of the belief and write them."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from nav.recovery import contact_points, edge_points
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
 from vizbot.config import Config
+from vizbot.core.closeable import Closeable
 from vizbot.core.diff_drive import wheel_speeds
 from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
@@ -55,7 +56,7 @@ class SearchRule:
     ablation: Ablation = WHOLE
 
 
-class FastHome:
+class FastHome(Closeable):
     """A home with the true body of the robot, and the views that were made so far."""
 
     def __init__(
@@ -89,12 +90,6 @@ class FastHome:
         """Keep the new views, and free the renderer."""
         self.views.save()
         self.world.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def view_at(self, T_world_base: SE3) -> tuple[int, View, SE3]:
         """The view nearest to a pose: its number, content, and the T_world_base that it shows."""

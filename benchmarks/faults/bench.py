@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 from benchmarks.episodes.homes import FIRST_HOME
-from benchmarks.faults.hung_pairs import measure_hung_pairs
 from benchmarks.faults.missions import (
     HOMES,
     FaultMission,
@@ -18,13 +19,13 @@ from benchmarks.faults.missions import (
     near_goals,
     run_mission,
 )
-from benchmarks.faults.reflex_latency import measure_reflexes
 from benchmarks.faults.scores import ENDS_BY_DEFAULT, FaultScore, FaultSeries, run_series
 from benchmarks.faults.tables import NAME, fault_result
 from benchmarks.faults.totals import DefaultResults, WallClockTiming
+from benchmarks.faults.wall_clock import measure_hung_pairs, measure_reflexes
 from benchmarks.harness.bench_plan import BenchResult
 from benchmarks.harness.fingerprint import commit, hardware, key_of_robot
-from benchmarks.harness.store import Store
+from benchmarks.harness.store import Store, StoredResult
 from benchmarks.harness.workers import in_parallel
 from sim_stubs.faults.catalogue import CATALOGUE
 from vizbot.core.errors import ConfigError
@@ -154,3 +155,55 @@ def require_homes(homes: Sequence[int]) -> None:
             f"home {min(homes)} of --seeds is a training home; benchmark homes begin at"
             f" {FIRST_HOME}"
         )
+
+
+def faults_page(folder: Path, page: Path) -> str:
+    """The page of the kept results; empty without drives."""
+    drives = _kept_drives(folder / DRIVES, series_of(quick=False))
+    if not drives:
+        return ""
+    drives_by_default = _kept_drives(folder / DRIVES_BY_DEFAULT, series_by_default(quick=False))
+    missions = _kept_missions(folder / MISSIONS)
+    missions_by_default = _kept_missions(folder / MISSIONS_BY_DEFAULT)
+    timings = Store(folder / TIMINGS, WallClockTiming).all()[-1:]
+    result = fault_result(
+        [line.result for line in drives],
+        [line.result for line in missions],
+        next((line.result for line in timings), None),
+        by_default=DefaultResults(
+            [line.result for line in drives_by_default],
+            [line.result for line in missions_by_default],
+        ),
+    )
+    parts: dict[str, Sequence[StoredResult[Any]]] = {
+        "single faults": [line for line in drives if len(line.result.series.faults) == 1],
+        "pairs": [line for line in drives if len(line.result.series.faults) > 1],
+        "drives by the product's settings": drives_by_default,
+        "missions": missions,
+        "missions by the product's settings": missions_by_default,
+        "times on the wall clock": timings,
+    }
+    made = [f"{name} at {_made(lines)}" for name, lines in parts.items() if lines]
+    made_with = f"Homes, devices and faults are simulated. Run: {'; '.join(made)}."
+    return "\n\n".join(["# Faults", result.text, made_with, ""])
+
+
+def _kept_missions(path: Path) -> list[StoredResult[FaultMissionResult]]:
+    """The newest result of each mission that is kept in a file."""
+    return Store(path, FaultMissionResult).newest(lambda result: result.mission)
+
+
+def _kept_drives(path: Path, wanted: list[FaultSeries]) -> list[StoredResult[FaultScore]]:
+    """The newest kept scores of these series, in their order."""
+    order = {series: place for place, series in enumerate(wanted)}
+    kept = Store(path, FaultScore).newest(lambda score: score.series)
+    lines = [line for line in kept if line.result.series in order]
+    return sorted(lines, key=lambda line: order[line.result.series])
+
+
+def _made(lines: Sequence[StoredResult[Any]]) -> str:
+    """Commits and machines of some lines, with their number where there are several."""
+    counts = Counter(f"{line.commit} on {line.hardware}" for line in lines)
+    return " and ".join(
+        made if len(counts) == 1 else f"{made} ({count})" for made, count in counts.items()
+    )

@@ -24,13 +24,12 @@ from drivers.roomba.service import LockstepLink
 from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule
 from sim_stubs.faults.faulty_base import FaultyRoomba
 from sim_stubs.faults.faulty_camera import FaultyCamera
-from sim_stubs.faults.faulty_encoder import FaultyEncoder
-from sim_stubs.faults.faulty_program import FaultyObserver
+from sim_stubs.faults.faulty_program import FaultyEncoder, FaultyObserver
+from sim_stubs.world.body import FreeFloor
 from sim_stubs.world.box_room import BoxCamera
-from sim_stubs.world.free_floor import FreeFloor
 from vizbot.config import Config
-from vizbot.core.devices import Devices
 from vizbot.core.geometry import planar
+from vizbot.core.interfaces import Devices
 from vizbot.core.observer import Observer
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import SE3

@@ -20,8 +20,7 @@ from benchmarks.faults.run import limit_wall_time, plan_faults, run_to_end
 from benchmarks.faults.scores import RESTS_BY_DEFAULT, ended_by_default
 from benchmarks.harness.bench_plan import UNATTENDED
 from sim_stubs.faults.catalogue import CATALOGUE
-from sim_stubs.faults.faulty_encoder import FaultyEncoder
-from sim_stubs.faults.faulty_program import FaultyObserver
+from sim_stubs.faults.faulty_program import FaultyEncoder, FaultyObserver
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import judge
 from vizbot.config import Config

@@ -12,9 +12,8 @@ import numpy as np
 from benchmarks.faults.minimal_robot import ENDED_BY, LogObserver
 from benchmarks.faults.monitor import FaultMonitor
 from sim_stubs.faults.catalogue import CATALOGUE, PlannedFault
-from vizbot.core.devices import Devices
 from vizbot.core.errors import VizbotError
-from vizbot.core.interfaces import Base, Clock
+from vizbot.core.interfaces import Base, Clock, Devices
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP
 from vizbot.objectnav.tasks import Goal, Task

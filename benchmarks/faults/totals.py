@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from benchmarks.faults.hung_pairs import HungPairs
 from benchmarks.faults.missions import FaultMissionResult
-from benchmarks.faults.reflex_latency import ReflexLatency
 from benchmarks.faults.scores import MAY_END, RESTS_BY_DEFAULT, FaultScore
+from benchmarks.faults.wall_clock import HungPairs, ReflexLatency
 from benchmarks.harness.scores import Rate
 from benchmarks.harness.tables import fraction_text, fraction_with_interval, markdown_table
 from sim_stubs.faults.catalogue import CATALOGUE

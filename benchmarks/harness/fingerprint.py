@@ -1,4 +1,4 @@
-"""A short key of everything that can change a result: sources, weights, furniture, settings."""
+"""What results depend on: a key of sources, weights, furniture and settings; and the machine."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import hashlib
 import json
 import platform
 import subprocess
+import time
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 from pydantic import BaseModel
 
 import sim_stubs
@@ -31,6 +33,9 @@ _NO_PART_OF_A_RUN = (
 """Folders whose sources change no run. Training makes the weights, which count themselves. Every
 other folder counts without being named here, so that a new one is never left out."""
 _SUFFIXES = (".py", ".json", ".txt", ".safetensors")
+_SIZE, _RUNS = 1024, 15
+REFERENCE_KERNEL = f"product of two {_SIZE} x {_SIZE} matrices of 32-bit numbers"
+"""A fixed piece of work, timed beside a benchmark, so that machines can be compared."""
 
 ROOT = Path(sim_stubs.__file__).parents[1]
 """The folder that holds the import packages."""
@@ -72,7 +77,7 @@ class Fingerprint:
     @property
     def clean(self) -> bool:
         """Whether the commit alone says what the sources were."""
-        return is_clean(self.commit)
+        return self.commit != "unknown" and not self.commit.endswith("+")
 
     def still_holds(self) -> bool:
         """Whether the files are still those of this fingerprint."""
@@ -122,11 +127,6 @@ def key_of_robot(*names: str) -> str:
     return _short([_digest([*_robot_sources(*_PACKAGES), *more]), *_furniture()])
 
 
-def is_clean(commit: str) -> bool:
-    """Whether the value of `commit()` alone says what the sources were."""
-    return commit != "unknown" and not commit.endswith("+")
-
-
 def hardware() -> str:
     """This machine in a few words."""
     cpu = platform.processor() or platform.machine()
@@ -136,6 +136,17 @@ def hardware() -> str:
         return cpu
     names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
     return f"{len(names)} cores of {names[0]}" if names else cpu
+
+
+def reference_ms() -> float:
+    """Median time of the reference kernel on this machine now [ms]."""
+    matrix = np.random.default_rng(0).standard_normal((_SIZE, _SIZE), np.float32)
+    times = []
+    for _ in range(_RUNS):
+        began = time.perf_counter()
+        matrix @ matrix
+        times.append(time.perf_counter() - began)
+    return 1000.0 * float(np.median(times))
 
 
 def _robot_sources(*folders: str) -> list[Path]:

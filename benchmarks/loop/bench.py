@@ -17,8 +17,7 @@ import numpy as np
 from pydantic_core import to_json
 
 from benchmarks.harness.bench_plan import BenchResult
-from benchmarks.harness.fingerprint import commit, hardware
-from benchmarks.harness.reference_kernel import DESCRIPTION, reference_ms
+from benchmarks.harness.fingerprint import REFERENCE_KERNEL, commit, hardware, reference_ms
 from benchmarks.harness.tables import markdown_table
 from benchmarks.loop.rehearsal import HERE, Rehearsal, Tree, checked_out, rehearse, rival
 from benchmarks.loop.startup import measure_startup
@@ -115,7 +114,7 @@ def run_loop(bench: LoopBench) -> BenchResult:
     kernel_ms = reference_ms()
     summary: dict[str, object] = {"reference_kernel_ms": round(kernel_ms, 1)}
     rows: list[dict[str, object]] = []
-    text = [f"At commit {commit()}, on {hardware()}; {DESCRIPTION}: {kernel_ms:.1f} ms."]
+    text = [f"At commit {commit()}, on {hardware()}; {REFERENCE_KERNEL}: {kernel_ms:.1f} ms."]
     if bench.against is not None:
         with checked_out(bench.against) as tree:
             compared = _compare(bench, tree)

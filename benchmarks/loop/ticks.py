@@ -11,11 +11,12 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,17 +107,12 @@ class StageTimer:
     @contextmanager
     def installed(self) -> Iterator[None]:
         """Time the stages meanwhile; for a process that does nothing else."""
-        before = [
-            (owner, name, getattr(owner, name)) for _, owner, names in STAGES for name in names
-        ]
-        try:
+        with ExitStack() as patches:
             for stage, owner, names in STAGES:
                 for name in names:
-                    setattr(owner, name, self._timed(stage, getattr(owner, name)))
+                    timed = self._timed(stage, getattr(owner, name))
+                    patches.enter_context(patch.object(owner, name, timed))
             yield
-        finally:
-            for owner, name, function in before:
-                setattr(owner, name, function)
 
     def _timed(self, stage: str, function: Callable[..., Any]) -> Callable[..., Any]:
         def timed(*args: Any, **kwargs: Any) -> Any:
@@ -209,12 +205,9 @@ def drive_ticks(drive: TimedDrive, folder: Path) -> Ticks:
         pipeline.finish()
         elements = len(pipeline.map.perception.clip_map)
     rest = sum(wall) - sum(time.wall for name, time in timer.times.items() if name != "video")
-    stages = timer.times | {REST: StageTime(max(0.0, sum(processor) - _sum(timer)), max(0.0, rest))}
+    of_stages = sum(each.processor for each in timer.times.values())
+    stages = timer.times | {REST: StageTime(max(0.0, sum(processor) - of_stages), max(0.0, rest))}
     return Ticks(tuple(wall), tuple(processor), tuple(moved), elements, stages)
-
-
-def _sum(timer: StageTimer) -> float:
-    return sum(each.processor for each in timer.times.values())
 
 
 def blown_up(bundle: MapBundle, count: int) -> MapBundle:

@@ -24,6 +24,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,6 @@ from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import Placement
-from mapping.clip.reading import Reading
 from vizbot.core.errors import VizbotError
 from vizbot.core.program.garbage import collecting_afterwards, keep_freed_memory
 from vizbot.objectnav.belief_search import BeliefSearch
@@ -103,37 +103,21 @@ class Waits:
         return max(*self.own, self.held - self.held_in_peace)
 
 
-@dataclass(frozen=True, slots=True)
 class _WideEncoder:
     """An encoder whose embeddings are followed by zeros: as wide as ViT-B/32, the same cosines."""
 
-    inner: ClipEncoder
-    dimension: int = DIMENSION
+    dimension = DIMENSION
 
-    @property
-    def model_id(self) -> str:
-        return self.inner.model_id
-
-    @property
-    def threshold(self) -> float:
-        return self.inner.threshold
-
-    @property
-    def log_odds(self) -> tuple[float, float] | None:
-        return self.inner.log_odds
-
-    @property
-    def notice(self) -> str | None:
-        return self.inner.notice
+    def __init__(self, inner: ClipEncoder) -> None:
+        self._inner, self.reading = inner, inner.reading
+        self.model_id, self.threshold = inner.model_id, inner.threshold
+        self.log_odds, self.notice = inner.log_odds, inner.notice
 
     def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
-        return widened(self.inner.embed_texts(texts))
+        return widened(self._inner.embed_texts(texts))
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
-        return widened(self.inner.embed_images(images))
-
-    def reading(self, text: str) -> Reading:
-        return self.inner.reading(text)
+        return widened(self._inner.embed_images(images))
 
 
 def widened(embeddings: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -156,14 +140,11 @@ class SpanTimer:
     @contextmanager
     def installed(self, functions: Sequence[tuple[Any, str]]) -> Iterator[None]:
         """Time these functions of classes meanwhile; for a process that does nothing else."""
-        before = [(owner, name, getattr(owner, name)) for owner, name in functions]
-        try:
-            for owner, name, function in before:
-                setattr(owner, name, self._timed(function))
+        with ExitStack() as patches:
+            for owner, name in functions:
+                timed = self._timed(getattr(owner, name))
+                patches.enter_context(patch.object(owner, name, timed))
             yield
-        finally:
-            for owner, name, function in before:
-                setattr(owner, name, function)
 
     def _timed(self, function: Callable[..., Any]) -> Callable[..., Any]:
         def timed(*args: Any, **kwargs: Any) -> Any:

@@ -16,7 +16,7 @@ from benchmarks.harness.tables import (
     percent,
     percent_range,
 )
-from benchmarks.objectnav.seen_section import seen_section
+from benchmarks.objectnav.home_tables import seen_section
 from benchmarks.objectnav.single_goal import DEFAULT, NAME
 
 _TEXT = """There is one episode for each of the paper's goals that a home has, that can be seen, and

@@ -35,10 +35,9 @@ from benchmarks.harness.tables import (
     percent_range,
 )
 from benchmarks.objectnav import absent, multi_goal, retrieval
-from benchmarks.objectnav.home_tables import homes_table, models_section
+from benchmarks.objectnav.home_tables import homes_table, models_section, seen_section
 from benchmarks.objectnav.overshoot import overshoot_table
 from benchmarks.objectnav.scale_comparison import scales_verdict
-from benchmarks.objectnav.seen_section import seen_section
 from benchmarks.objectnav.single_goal import DEFAULT, NAME, SCALES, oracle_table
 
 FORMER = "former"

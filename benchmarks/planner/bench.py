@@ -12,8 +12,13 @@ from statistics import median
 import numpy as np
 
 from benchmarks.harness.bench_plan import BenchResult
-from benchmarks.harness.fingerprint import commit, hardware, key_of_sources
-from benchmarks.harness.reference_kernel import DESCRIPTION, reference_ms
+from benchmarks.harness.fingerprint import (
+    REFERENCE_KERNEL,
+    commit,
+    hardware,
+    key_of_sources,
+    reference_ms,
+)
 from benchmarks.harness.store import Store, StoredResult
 from benchmarks.harness.tables import markdown_table
 from benchmarks.planner.grids import (
@@ -257,7 +262,8 @@ def planner_result(run: PlannerRun) -> BenchResult:
         " costs something else, so that the planner counts as no rival in that case. The speedup is"
         " the time of the fastest rival over ours.",
         f"Recorded map in a grid of 1000 x 1000, costmap and navigation to {_HOME_GOALS} goals:"
-        f" {run.home_map_ms:.1f} ms. Reference kernel ({DESCRIPTION}): {run.reference:.1f} ms.",
+        f" {run.home_map_ms:.1f} ms."
+        f" Reference kernel ({REFERENCE_KERNEL}): {run.reference:.1f} ms.",
         *run.lines,
     ]
     return BenchResult(NAME, rows, summary, "\n\n".join([*notes, by_group, table]))
@@ -337,6 +343,6 @@ def _row(group: tuple[str, str], cases: Sequence[CaseTimes]) -> list[object]:
 
 def _made_with(line: StoredResult[PlannerRun]) -> str:
     return (
-        f"The reference kernel ({DESCRIPTION}) takes {line.result.reference:.1f} ms. Commit"
+        f"The reference kernel ({REFERENCE_KERNEL}) takes {line.result.reference:.1f} ms. Commit"
         f" {line.commit}, {line.hardware}."
     )

@@ -39,13 +39,11 @@ class Peer:
 
     Attributes:
         name: What it is called.
-        note: In what its rules differ from ours; empty where they do not.
         prepare: Makes what solves a case; None where the planner cannot.
         same_rules: Whether its costs must be ours. Others count in cases where they happen to be.
     """
 
     name: str
-    note: str
     prepare: Callable[[PlannerCase], Solve | None]
     same_rules: bool = False
 
@@ -63,7 +61,7 @@ def ours() -> Peer:
 
         return solve
 
-    return Peer("vizbot", "", prepare, same_rules=True)
+    return Peer("vizbot", prepare, same_rules=True)
 
 
 def open_peers() -> tuple[list[Peer], list[str]]:
@@ -125,7 +123,7 @@ def _cpp(library: ctypes.CDLL, *, sweep: bool) -> Peer:
         return solve
 
     name = "A* in C++, swept heuristic" if sweep else "A* in C++"
-    return Peer(name, "", prepare, same_rules=True)
+    return Peer(name, prepare, same_rules=True)
 
 
 def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:
@@ -146,11 +144,7 @@ def _scikit_image(graph: ModuleType) -> Peer:
 
         return solve
 
-    return Peer(
-        "scikit-image MCP",
-        f"cuts corners; up to {_LARGE} x {_LARGE}, for lack of patience",
-        prepare,
-    )
+    return Peer("scikit-image MCP", prepare)
 
 
 def _nano_astar(package: ModuleType) -> Peer:
@@ -167,7 +161,7 @@ def _nano_astar(package: ModuleType) -> Peer:
 
         return solve
 
-    return Peer("nano-astar", "one goal; every cell costs the same", prepare)
+    return Peer("nano-astar", prepare)
 
 
 def _pyastar2d(package: ModuleType) -> Peer:
@@ -182,9 +176,7 @@ def _pyastar2d(package: ModuleType) -> Peer:
 
         return solve
 
-    return Peer(
-        "pyastar2d", "one goal; a move costs what the cell it enters does; cuts corners", prepare
-    )
+    return Peer("pyastar2d", prepare)
 
 
 def _networkx(package: ModuleType) -> Peer:
@@ -201,7 +193,7 @@ def _networkx(package: ModuleType) -> Peer:
 
         return lambda: float(package.astar_path_length(graph, start, goal, octile))
 
-    return Peer("networkx A*", "one goal; its graph is made beforehand", prepare)
+    return Peer("networkx A*", prepare)
 
 
 def _graph(package: ModuleType, case: PlannerCase) -> Any:

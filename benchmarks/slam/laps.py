@@ -29,9 +29,9 @@ from nav.costmap import Costmap, build_costmap
 from nav.follower import follow_path
 from sim_stubs.world.world import World
 from vizbot.config import Config
-from vizbot.core.devices import Devices
 from vizbot.core.errors import VizbotError
 from vizbot.core.files import write_whole
+from vizbot.core.interfaces import Devices
 from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.rehearsal.config import RehearsalConfig

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 
 from benchmarks.harness.bench_plan import BenchResult
-from benchmarks.harness.fingerprint import commit, hardware
-from benchmarks.harness.reference_kernel import reference_ms
+from benchmarks.harness.fingerprint import commit, hardware, reference_ms
 from benchmarks.slam.drawing import Path2D, draw_paths
 from benchmarks.slam.frame_to_frame import (
     MAX_DEPTH,

@@ -67,10 +67,7 @@ def to_and_fro(folder: Path) -> Iterator[ReplayFrame]:
                 imu = recording.samples(early, late)
             else:
                 imu = _reversed(recording.samples(early, late, side="left"), late, bias)
-            shift = now - (early if step > 0 else 0.0)
-            imu = replace(
-                imu, gyro_stamps=imu.gyro_stamps + shift, accel_stamps=imu.accel_stamps + shift
-            )
+            imu = delayed(imu, now - (early if step > 0 else 0.0))
             index, now = index + step, now + float(late - early)
 
 
@@ -117,6 +114,13 @@ class _Recording:
         stands = np.isclose(self.Ts_odom_base, self.Ts_odom_base[0]).all(axis=(1, 2))
         until = self.stamps[-1 if stands.all() else stands.argmin() - 1]
         return np.asarray(self.gyro[self.gyro[:, 0] <= until, 1:].mean(axis=0))
+
+
+def delayed(imu: ImuSamples, period: float) -> ImuSamples:
+    """Samples as they are, but `period` later [s]."""
+    return replace(
+        imu, gyro_stamps=imu.gyro_stamps + period, accel_stamps=imu.accel_stamps + period
+    )
 
 
 def _reversed(imu: ImuSamples, end: float, bias: NDArray[np.float64]) -> ImuSamples:

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
 
-from benchmarks.slam.replays import ReplayFrame
+from benchmarks.slam.replays import ReplayFrame, delayed
 from sim_stubs.realsense.config import ColourNoiseConfig, DepthNoiseConfig, SimulatedRealSenseConfig
 from sim_stubs.realsense.depth_noise import noisy_colour, noisy_depth
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from vizbot.config import Config
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import back_project, invert, planar, rotation_angle, transform, yaw_of
@@ -236,7 +236,7 @@ def twins(
         stamp, rest = end.frame.stamp + number * period, next(read)
         image = _noisier(end.frame, rehearsal.sim_camera, rng)
         moved = ReplayFrame(
-            replace(image, stamp=stamp, imu=_later(rest.imu, stamp - rest.stamp)),
+            replace(image, stamp=stamp, imu=delayed(rest.imu, stamp - rest.stamp)),
             end.T_odom_base @ T_end_base,
             end.T_world_cam @ invert(T_base_cam) @ planar(x, 0.0, 0.0) @ T_base_cam,
         )
@@ -247,7 +247,7 @@ def twins(
         later = moved.frame.stamp + period - entered.frame.stamp
         image = _noisier(moment.frame, rehearsal.sim_camera, rng)
         yield ReplayFrame(
-            replace(image, stamp=image.stamp + later, imu=_later(image.imu, later)),
+            replace(image, stamp=image.stamp + later, imu=delayed(image.imu, later)),
             moved.T_odom_base @ invert(entered.T_odom_base) @ moment.T_odom_base,
             moved.T_world_cam @ invert(entered.T_world_cam) @ moment.T_world_cam,
         )
@@ -279,12 +279,6 @@ def _noisier(
     rgb = noisy_colour(frame.rgb, 1.0, 0.0, camera.colour_noise, rng)
     depth = noisy_depth(frame.depth, rgb, frame.intrinsics, np.eye(4), disparity, rng)
     return replace(frame, rgb=rgb, depth=depth)
-
-
-def _later(imu: ImuSamples, period: float) -> ImuSamples:
-    return replace(
-        imu, gyro_stamps=imu.gyro_stamps + period, accel_stamps=imu.accel_stamps + period
-    )
 
 
 def _within(span: Span, change: Callable[[ReplayFrame], ReplayFrame]) -> Fault:

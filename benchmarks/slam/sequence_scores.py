@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.harness.bench_plan import BenchResult
-from benchmarks.harness.reference_kernel import DESCRIPTION
+from benchmarks.harness.fingerprint import REFERENCE_KERNEL
 from benchmarks.harness.tables import markdown_table
 from benchmarks.slam.frame_to_frame import MAX_DEPTH
 from mapping.trajectory_error import absolute_trajectory_error, associate, relative_error
@@ -48,11 +48,6 @@ Poses = tuple[NDArray[np.float64], NDArray[np.float64]]
 def frame_rate(stamps: NDArray[np.float64]) -> float:
     """Frames a second, by the median of their intervals; 30 of a single frame."""
     return 1.0 / float(np.median(np.diff(stamps))) if len(stamps) > 1 else 30.0
-
-
-def _path_length(Ts_world_cam: NDArray[np.float64]) -> float:
-    """Length of a path [m]."""
-    return float(np.linalg.norm(np.diff(Ts_world_cam[:, :3, 3], axis=0), axis=1).sum())
 
 
 def posed(stamps: NDArray[np.float64], Ts_map_cam: NDArray[np.float64]) -> Poses:
@@ -113,7 +108,9 @@ def sequence_result(
         "runs": len(ours.times_ms),
         "reference_kernel_ms": kernel_ms,
         "rate": frame_rate(ours.stamps),
-        "path_length": None if reference is None else _path_length(reference[1]),
+        "path_length": None if reference is None else float(
+            np.linalg.norm(np.diff(reference[1][:, :3, 3], axis=0), axis=1).sum()
+        ),
         "ms_mean_least": float(ours.times_ms.mean(axis=1).min()),
         "ms_mean_most": float(ours.times_ms.mean(axis=1).max()),
     }  # fmt: skip
@@ -149,7 +146,7 @@ def sequence_table(rows: Sequence[Mapping[str, object]], summary: Mapping[str, A
         " ground truth, which are the scored ones; tracked are those posed from image matches.",
         f"Times of vizbot are the medians of {summary['runs']} runs (means"
         f" {summary['ms_mean_least']:.1f} to {summary['ms_mean_most']:.1f} ms), those of the others"
-        f" are of one; beside them the {DESCRIPTION} took"
+        f" are of one; beside them the {REFERENCE_KERNEL} took"
         f" {summary['reference_kernel_ms']:.1f} ms.",
     ]
     return "\n\n".join([text, *notes])

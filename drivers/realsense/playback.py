@@ -13,16 +13,16 @@ import socket
 import subprocess
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Self
 
 from drivers.realsense.config import RealSenseConfig
 from drivers.realsense.recording_check import check_header
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import ConfigError, DeviceError, VizbotError
 from vizbot.core.program.interpreter import interpreter_command
 from vizbot.core.types import Intrinsics, RGBDFrame
 
 
-class RealSenseRecording:
+class RealSenseRecording(Closeable):
     """Plays a `.db3` or `.bag` frame by frame as it is read, not in real time.
 
     Depth is registered to colour, IMU samples are rotated into the axes of `cam`, and stamps are
@@ -95,12 +95,6 @@ class RealSenseRecording:
         self._reader.close()
         self._process.kill()
         self._process.wait()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _asked(self, question: object) -> object:
         """The answer of the process; what it logged meanwhile is logged here.

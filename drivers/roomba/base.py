@@ -8,18 +8,18 @@ on a real base.
 from __future__ import annotations
 
 import math
-from typing import Self
 
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.service import Drive, Link, Resume, SeekDock, Show, Trouble
 from drivers.roomba.state import with_contacts
 from drivers.roomba.stream import PERIOD
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
 from vizbot.core.types import BaseState, Feedback, Twist
 
 
-class Roomba:
+class Roomba(Closeable):
     """A Create 2 or 600-series Roomba in Safe (or Full) mode."""
 
     def __init__(self, link: Link, clock: Clock, config: RoombaConfig) -> None:
@@ -112,12 +112,6 @@ class Roomba:
         if not self._closed:
             self._closed = True
             self._link.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _receive(self) -> None:
         """Process the reports of the service."""

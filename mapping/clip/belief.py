@@ -14,13 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.evidence import evidence, features
+from mapping.clip.evidence import Weights, evidence, features
 from mapping.clip.footprint import PLACE
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.place_rows import PlacedRows, PlaceRows
 from mapping.clip.place_views import PlaceViews, around
 from mapping.clip.scores import Query
-from mapping.clip.weights import Weights
 
 ROOM = 21
 """Edge of the square of places whose average says which room this is [places]. In training homes

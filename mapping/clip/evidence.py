@@ -2,11 +2,16 @@
 
 The log odds are linear in the scores of the three patches around the place, in its distance, and in
 how high the question's own log odds go on a bank of pictures; views from near and from afar have
-weights of their own. They were fitted to the truth at places of
-homes that neither the encoder nor its threshold had seen (`benchmarks.fast_world.fit`).
+weights of their own. They were fitted to the truth at places of homes that neither the encoder nor
+its threshold had seen (`benchmarks.fast_world.fit`), and are kept in `weights.json`.
 """
 
 from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +40,8 @@ NAMES = (
     "upper tail of the question", "constant",
 )  # fmt: skip
 """Names of the features, in their order."""
+WEIGHTS_FILE = Path(__file__).with_name("weights.json")
+"""60 numbers, and the homes they are from; `python -m benchmarks.fast_world.fit` makes it."""
 
 
 def features(
@@ -83,3 +90,25 @@ def evidence(
     odds = np.where(ranges <= NEAR, features @ near, features @ far)
     prior = np.log(PRIOR / (1.0 - PRIOR))
     return np.asarray(np.clip(odds - prior, LEAST, MOST), np.float32)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Weights:
+    """The fitted numbers.
+
+    Attributes:
+        near: (20,) of the features of a view from near.
+        far: (20,) of those of a view from afar.
+        join: (20,) of the features of all views of a place (`mapping.clip.place_views`).
+    """
+
+    near: NDArray[np.float64]
+    far: NDArray[np.float64]
+    join: NDArray[np.float64]
+
+
+@cache
+def fitted_weights(file: Path = WEIGHTS_FILE) -> Weights:
+    """The numbers of a file."""
+    kept = json.loads(file.read_text(encoding="utf-8"))
+    return Weights(*(np.array(kept[name]) for name in ("near", "far", "join")))

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.belief import Belief, PlaceBelief
+from mapping.clip.evidence import fitted_weights
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.retrieval import best, similarities
 from mapping.clip.scores import Query
-from mapping.clip.weights import fitted_weights
 from mapping.keyframes.anchors import points_in_map
 from vizbot.core.types import SE3
 

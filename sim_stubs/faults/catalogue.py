@@ -1,6 +1,6 @@
 """The catalogue of faults in real houses, and their schedule in a run.
 
-The faulty devices are in `faulty_base`, `faulty_body`, `faulty_camera` and `faulty_encoder`; none
+The faulty devices are in `faulty_base`, `faulty_body`, `faulty_camera` and `faulty_program`; none
 of them reports its faults to the robot.
 """
 

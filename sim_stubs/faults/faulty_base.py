@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Callable
-from typing import Self
 
 import numpy as np
 
@@ -22,6 +21,7 @@ from sim_stubs.faults.faulty_body import FaultyBody
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.body import Body
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import planar
 from vizbot.core.types import SE3, BaseMode
@@ -140,7 +140,7 @@ class BentContacts:
         return (0.0, 0.0) if self.touches(T_world_base) else _OUT_OF_SIGHT.seek_speeds(T_world_base)
 
 
-class FaultyRoomba:
+class FaultyRoomba(Closeable):
     """A simulated Roomba with the faults of a schedule: a `LockstepDevice`.
 
     Attributes:
@@ -209,12 +209,6 @@ class FaultyRoomba:
     def close(self) -> None:
         """Stop the wheels and release the pseudo-terminal; twice is fine."""
         self._roomba.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _falsified_values(self) -> dict[Packet, int]:
         """Sensor values that a fault falsifies."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.realsense.timestamps import Accepted, FrameStamps
 from sim_stubs.faults.catalogue import FaultSchedule
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.interfaces import Camera, Clock
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
@@ -26,7 +26,7 @@ _HOLE_SIZE = 16
 """Edge of the blocks that holes are made of [px]."""
 
 
-class FaultyCamera:
+class FaultyCamera(Closeable):
     """A `Camera` with faults around another one, simulated or real.
 
     Stamps are checked as in the driver of the real camera.
@@ -130,12 +130,6 @@ class FaultyCamera:
     def close(self) -> None:
         """Do as the camera."""
         self._camera.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _gone(self) -> str | None:
         if self._schedule.active("camera-vanishes"):

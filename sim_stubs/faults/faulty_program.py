@@ -1,4 +1,4 @@
-"""Faults of the program: it is killed, or its disk is full."""
+"""Faults of the program: it is killed, its disk is full, its encoder is out of memory."""
 
 from __future__ import annotations
 
@@ -6,11 +6,20 @@ import errno
 import os
 import resource
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.reading import Reading
 from sim_stubs.faults.catalogue import FaultSchedule
+from vizbot.core.errors import DeviceError
 from vizbot.core.observer import GoalReport, Observer, Step
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip.encoder import ClipEncoder
 
 
 class FaultyObserver:
@@ -70,3 +79,35 @@ class Killer:
 
     def on_goal(self, report: GoalReport) -> None:
         """Do nothing."""
+
+
+class FaultyEncoder:
+    """A `ClipEncoder` with faults."""
+
+    def __init__(self, encoder: ClipEncoder, schedule: FaultSchedule) -> None:
+        """Wrap an encoder."""
+        self._encoder = encoder
+        self._schedule = schedule
+        self.model_id = encoder.model_id
+        self.dimension = encoder.dimension
+        self.threshold = encoder.threshold
+        self.log_odds = encoder.log_odds
+        self.notice = encoder.notice
+
+    def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
+        """Embed images.
+
+        Raises:
+            DeviceError: out of memory.
+        """
+        if self._schedule.active("encoder-out-of-memory"):
+            raise DeviceError(f"{self.model_id}: out of memory for {len(images)} images")
+        return self._encoder.embed_images(images)
+
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """Embed texts."""
+        return self._encoder.embed_texts(texts)
+
+    def reading(self, text: str) -> Reading:
+        """Read a text."""
+        return self._encoder.reading(text)

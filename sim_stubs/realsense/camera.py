@@ -7,7 +7,6 @@ acceleration is the change from one step to the next. Inertial samples are in th
 from __future__ import annotations
 
 from math import floor
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from numpy.typing import NDArray
 from sim_stubs.realsense.config import InertialConfig, SimulatedRealSenseConfig
 from sim_stubs.realsense.depth_noise import AutoExposure, noisy_colour, noisy_depth
 from sim_stubs.world.world import World
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.interfaces import Clock
 from vizbot.core.types import SE3, ImuSamples, Intrinsics, RGBDFrame
@@ -90,7 +90,7 @@ def _stamps(start: float, end: float, rate: float) -> NDArray[np.float64]:
     return np.asarray(np.arange(first, last + 1) / rate)
 
 
-class SimulatedRealSense:
+class SimulatedRealSense(Closeable):
     """A `Camera` on the mast of the world's robot; it never ends.
 
     No other reader may take the motion from the world.
@@ -160,12 +160,6 @@ class SimulatedRealSense:
     def close(self) -> None:
         """Close the camera; closing twice is fine."""
         self._closed = True
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
 
 def _turned(motion: NDArray[np.float64], seconds: float) -> float:

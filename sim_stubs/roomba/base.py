@@ -10,7 +10,10 @@ cleaning (the base only goes to Passive mode), the 28.5 mm/s steps of the wheel 
 from __future__ import annotations
 
 import logging
-from typing import Self
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from drivers.roomba.commands import Command, CommandParser, Opcode, check
 from drivers.roomba.packets import (
@@ -23,11 +26,12 @@ from drivers.roomba.packets import (
     singles,
 )
 from drivers.roomba.serial_port import SerialPort
-from drivers.roomba.stream import encode_sensor_frame
+from drivers.roomba.stream import PERIOD, encode_sensor_frame
 from sim_stubs.roomba.dock import SensedDock
 from sim_stubs.roomba.serial_line import LineNoise, SerialLine
 from sim_stubs.roomba.wheels import Wheels, within_range
 from sim_stubs.world.body import Body
+from vizbot.core.closeable import Closeable
 from vizbot.core.types import BaseMode
 
 logger = logging.getLogger(__name__)
@@ -170,7 +174,7 @@ class Songs:
         return {Packet.SONG_NUMBER: self._selected, Packet.SONG_PLAYING: int(self._left > 0)}
 
 
-class SimulatedRoomba:
+class SimulatedRoomba(Closeable):
     """The base: a `LockstepDevice` with a body in some world.
 
     Attributes:
@@ -275,12 +279,6 @@ class SimulatedRoomba:
         self._wheels.stop()
         self._line.close()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
-
     def _keep_safe(self) -> None:
         """Leave Safe mode on one of its three events (manual, page 7)."""
         if self.mode is not BaseMode.SAFE:
@@ -376,3 +374,27 @@ class SimulatedRoomba:
             values[cliff] = int(seen)
             values[signal] = 0 if seen else _FLOOR_SIGNAL
         return values | self.overrides
+
+
+def run_on_wall_clock(roomba: SimulatedRoomba, stopped: threading.Event) -> None:
+    """Run the base in real time, a frame every 15 ms, until `stopped` is set."""
+    before = time.monotonic()
+    while not stopped.wait(PERIOD):
+        now = time.monotonic()
+        roomba.advance(now - before)
+        roomba.publish()
+        before = now
+
+
+@contextmanager
+def on_wall_clock(roomba: SimulatedRoomba) -> Iterator[SimulatedRoomba]:
+    """Run the base in a thread beside the caller, and close it at the end."""
+    stopped = threading.Event()
+    thread = threading.Thread(target=run_on_wall_clock, args=(roomba, stopped), daemon=True)
+    with roomba:
+        thread.start()
+        try:
+            yield roomba
+        finally:
+            stopped.set()
+            thread.join()

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from math import floor
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.world.body import Body
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.geometry import back_project
 from vizbot.core.interfaces import Clock
@@ -21,7 +21,7 @@ HALF_WIDTH = 10.0
 _GREY = 120
 
 
-class BoxCamera:
+class BoxCamera(Closeable):
     """A `Camera` on a body in the room; its frames are grey and have no inertial samples."""
 
     def __init__(self, body: Body, clock: Clock, T_base_cam: SE3, rate: float) -> None:
@@ -63,12 +63,6 @@ class BoxCamera:
 
     def close(self) -> None:
         """Do nothing: the camera holds no resource."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _depth(self) -> NDArray[np.float32]:
         """Along each ray (N,) to the floor or the nearest wall [m]."""

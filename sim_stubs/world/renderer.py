@@ -12,7 +12,6 @@ import weakref
 from collections.abc import Callable
 from functools import partial
 from math import atan, degrees
-from typing import Self
 
 import cv2
 import numpy as np
@@ -24,6 +23,7 @@ from sim_stubs.homes.geometry.mirror import Mirror, MirrorPixels
 from sim_stubs.homes.geometry.solids import Part
 from sim_stubs.world.lighting import LAMP, Lighting, lamp_weights
 from sim_stubs.world.visibility import Visibility
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.program.interrupts import is_interrupt
 from vizbot.core.program.kernels import njit
@@ -75,7 +75,7 @@ HIDDEN = 3
 """MuJoCo draws the geom groups 0 to 2."""
 
 
-class Renderer:
+class Renderer(Closeable):
     """A renderer with the house loaded.
 
     A picture depends only on the house, its lighting and the pose of the camera.
@@ -185,12 +185,6 @@ class Renderer:
     def close(self) -> None:
         """Free the OpenGL context."""
         self._free()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _read(
         self, rect: mujoco.MjrRect, near: float

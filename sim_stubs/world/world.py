@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
 from sim_stubs.homes.geometry.solids import triangles
-from sim_stubs.world.body import Contacts
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import Contacts, WorldConfig
 from sim_stubs.world.lighting import Lighting
 from sim_stubs.world.world_plan import D435I_COLOUR, HouseShape, WorldPlan
+from vizbot.core.closeable import Closeable
 from vizbot.core.diff_drive import rolled
 from vizbot.core.geometry import camera_mount, planar, yaw_of
 from vizbot.core.types import SE3, Intrinsics
@@ -32,7 +32,7 @@ MOUNT = camera_mount(height=0.60, forward=0.05, tilt=0.15)
 """Usual place of the camera, T_base_cam."""
 
 
-class World:
+class World(Closeable):
     """A `Body` in a house.
 
     Attributes:
@@ -208,12 +208,6 @@ class World:
     def close(self) -> None:
         """Free the renderer."""
         self._eye.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _advance_once(self, dt: float) -> None:
         config = self._config

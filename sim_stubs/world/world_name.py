@@ -26,7 +26,7 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.types import SE3
 
 if TYPE_CHECKING:  # loads what a world is planned without
-    from sim_stubs.world.config import WorldConfig
+    from sim_stubs.world.body import WorldConfig
     from sim_stubs.world.world import World
 
 _BARED = "its walls are bare: no pictures, white doors, and a mirror that shows the room"

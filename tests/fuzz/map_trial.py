@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 
 from mapping.clip.belief import Belief
+from mapping.clip.evidence import fitted_weights
 from mapping.clip.scores import Query
-from mapping.clip.weights import fitted_weights
 from mapping.map_bundle import load, require_map_folder, save, with_background
 from tests.conftest import MeanColours
 from tests.fuzz.spoilt_maps import spoilt_maps

@@ -11,7 +11,7 @@ import numpy as np
 
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import COLOR, SoftwareD435i
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.beside import beside
 from vizbot.cli.standard_error import lose_what_cannot_be_written
 from vizbot.core.geometry import yaw_of

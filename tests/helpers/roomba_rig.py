@@ -11,8 +11,7 @@ from drivers.roomba.drive_command import STOP_WHEELS
 from drivers.roomba.serial_port import open_serial
 from drivers.roomba.service import LockstepLink
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.world.body import Contacts
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import Contacts, FreeFloor
 from vizbot.core.geometry import invert, yaw_of
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, Twist

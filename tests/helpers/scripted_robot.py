@@ -4,10 +4,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vizbot.core.devices import Devices
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.geometry import camera_mount
+from vizbot.core.interfaces import Devices
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import BaseMode, BaseState, ImuSamples, Intrinsics, RGBDFrame, Twist
 from vizbot.pipeline import Pipeline

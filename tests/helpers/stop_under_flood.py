@@ -24,8 +24,7 @@ from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
 from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import run_on_wall_clock
+from sim_stubs.roomba.base import SimulatedRoomba, run_on_wall_clock
 from tests.helpers.beside import beside
 from tests.helpers.roomba_rig import DEADLINE, Floor
 from tests.helpers.served import served, step

@@ -58,11 +58,11 @@ def test_a_peer_by_the_same_rules_must_find_the_same_cost(cases):
     case = cases["open, 200 x 200, near, 1 goal"]
     ours = peers.ours()
     cost = ours.prepare(case)()
-    cheaper = peers.Peer("cheaper", "", lambda case: lambda: 0.99 * cost)
+    cheaper = peers.Peer("cheaper", lambda case: lambda: 0.99 * cost)
     times = bench.case_times(case, [ours, cheaper])
     assert [each.equal for each in times.times] == [True, False]
     assert times.rival is None and times.speedup is None
-    wrong = peers.Peer("wrong", "", lambda case: lambda: 0.99 * cost, same_rules=True)
+    wrong = peers.Peer("wrong", lambda case: lambda: 0.99 * cost, same_rules=True)
     with pytest.raises(VizbotError, match=r"wrong finds a path of"):
         bench.case_times(case, [ours, wrong])
 
@@ -70,7 +70,7 @@ def test_a_peer_by_the_same_rules_must_find_the_same_cost(cases):
 def test_what_no_way_leads_to_costs_nothing_that_could_be_told(cases):
     case = cases["open, 200 x 200, near, 1 goal"]
     for cost, found in ((math.inf, None), (12.34567, 12.346)):
-        only = peers.Peer("only", "", lambda case, cost=cost: lambda: cost)
+        only = peers.Peer("only", lambda case, cost=cost: lambda: cost)
         times = bench.case_times(case, [only])
         assert times.cost == found and [each.equal for each in times.times] == [True]
 

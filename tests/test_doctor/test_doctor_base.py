@@ -11,7 +11,7 @@ from drivers.roomba.packets import Packet
 from drivers.roomba.serial_port import open_serial
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.failing import raising
 from tests.helpers.roomba_rig import NoisyPort
 from vizbot import doctor

@@ -11,9 +11,8 @@ from drivers.roomba.config import RoombaConfig
 from drivers.roomba.packets import Packet
 from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.roomba_rig import PERIOD, journey
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import DeviceError, DeviceTimeoutError

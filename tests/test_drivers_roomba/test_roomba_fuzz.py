@@ -8,7 +8,7 @@ from drivers.roomba.packets import Packet
 from drivers.roomba.state import STREAMED
 from drivers.roomba.stream import StreamParser, encode_sensor_frame
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import FreeFloor
 from vizbot.core.types import BaseMode
 
 CHUNK = 1000

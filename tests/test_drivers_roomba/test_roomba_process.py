@@ -18,10 +18,9 @@ from drivers.roomba.reflex_process.channel import Outbox, open_channel
 from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from drivers.roomba.service import Drive, Trouble
-from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
 from sim_stubs.roomba.dock import SimulatedDock
-from sim_stubs.roomba.wall_clock import on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.roomba_rig import (
     DEADLINE,
     HangingAddress,

@@ -15,7 +15,7 @@ from drivers.roomba.packets import Packet
 from drivers.roomba.serial_port import open_serial
 from drivers.roomba.state import STREAMED
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.roomba_rig import open_lockstep
 from vizbot.core.errors import DeviceError
 from vizbot.core.simulated_clock import SimulatedClock

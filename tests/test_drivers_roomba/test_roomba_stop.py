@@ -7,7 +7,7 @@ from drivers.roomba.commands import CommandParser, Opcode
 from drivers.roomba.drive_command import SURE_STOP
 from drivers.roomba.serial_port import open_serial
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.roomba_rig import open_lockstep
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.simulated_clock import SimulatedClock

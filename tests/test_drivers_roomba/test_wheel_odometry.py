@@ -9,8 +9,7 @@ from drivers.roomba.commands import METRES_PER_COUNT
 from drivers.roomba.odometry import WheelOdometry, counts_between, without_reversal
 from drivers.roomba.serial_port import open_serial
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.world.body import Contacts
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import Contacts, FreeFloor
 from tests.helpers.roomba_rig import open_lockstep
 from vizbot.core.geometry import invert, yaw_of
 from vizbot.core.simulated_clock import SimulatedClock

@@ -3,7 +3,7 @@ from math import hypot
 import numpy as np
 import pytest
 
-from sim_stubs.homes.furniture.home_shapes import GOALS
+from sim_stubs.homes.furniture.procedural import GOALS
 from sim_stubs.homes.geometry.bounding_block import Block
 from sim_stubs.homes.geometry.house import Room
 from sim_stubs.homes.geometry.occupancy_slice import FreeSpace

@@ -6,7 +6,7 @@ import pytest
 from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.furniture.appearance import appearance
 from sim_stubs.homes.furniture.catalogue import read_catalogue
-from sim_stubs.homes.furniture.home_shapes import IN_TURN, HomeShapes, in_turn
+from sim_stubs.homes.furniture.procedural import IN_TURN, HomeShapes, in_turn
 from sim_stubs.homes.furniture.source import furniture_source
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.home import home
@@ -74,7 +74,7 @@ def test_a_shape_is_named_and_drawn_by_home_draw_class_and_number():
 
 def test_homes_for_development_and_boards_draw_from_different_ranges(monkeypatch):
     of_development = HomeShapes(1100, 0).piece("bed", RNG)
-    monkeypatch.setattr("sim_stubs.homes.furniture.home_shapes.DEVELOPMENT", range(0))
+    monkeypatch.setattr("sim_stubs.homes.furniture.procedural.DEVELOPMENT", range(0))
     of_boards = HomeShapes(1100, 0).piece("bed", RNG)
     assert of_boards.shape.endswith(" of boards")
     assert not meshes(of_development) & meshes(of_boards)

@@ -5,7 +5,7 @@ from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.homes.office import GOALS, office
 from sim_stubs.homes.textures.surfaces import finish
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world import World
 
 

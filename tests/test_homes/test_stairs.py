@@ -6,7 +6,7 @@ from sim_stubs.homes.floor_plan.stairs import Stairs
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.solids import triangles
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.contact_map import ContactMap
 
 GREY = (0.5, 0.5, 0.5)

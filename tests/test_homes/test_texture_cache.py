@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_stubs.homes.textures import cache, canvas, patterns, walls
-from sim_stubs.homes.textures.cache import drawn_once
+from sim_stubs.homes.textures import canvas, patterns, walls
+from sim_stubs.homes.textures.canvas import drawn_once
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +69,7 @@ def test_a_picture_does_not_depend_on_the_number_of_threads(tmp_path, monkeypatc
 def test_other_sources_or_libraries_draw_again(dots, monkeypatch):
     draw, drawn = dots
     draw(1, (0.1, 0.2, 0.3))
-    monkeypatch.setattr(cache, "_drawing", lambda: "another")
+    monkeypatch.setattr(canvas, "_drawing", lambda: "another")
     draw(1, (0.1, 0.2, 0.3))
     assert drawn == [1, 1]
 

@@ -7,9 +7,8 @@ import threading
 
 import pytest
 
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import run_on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.roomba.base import SimulatedRoomba, run_on_wall_clock
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from vizbot.core.types import BaseMode
 

@@ -23,10 +23,8 @@ from drivers.tum_sequence import RecordedSequence
 from sim_stubs.realsense.camera import SimulatedRealSense
 from sim_stubs.realsense.config import SimulatedRealSenseConfig
 from sim_stubs.realsense.software_device import SoftwareD435i
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
-from sim_stubs.world.config import WorldConfig
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
+from sim_stubs.world.body import FreeFloor, WorldConfig
 from sim_stubs.world.world_name import open_world
 from tests.helpers.d435i_frames import streaming
 from tests.helpers.roomba_rig import open_lockstep

@@ -13,11 +13,11 @@ from drivers.roomba.serial_port import open_serial
 from drivers.roomba.service import LockstepLink
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
+from sim_stubs.world.body import FreeFloor
 from sim_stubs.world.box_room import BoxCamera
-from sim_stubs.world.free_floor import FreeFloor
 from vizbot.config import Config
-from vizbot.core.devices import Devices
 from vizbot.core.geometry import planar
+from vizbot.core.interfaces import Devices
 from vizbot.core.observer import Outcome
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import BaseMode

@@ -6,12 +6,12 @@ import pytest
 
 from mapping import map_bundle
 from mapping.clip.belief import Belief
+from mapping.clip.evidence import fitted_weights
 from mapping.clip.footprint import PLACE
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Background, Query
-from mapping.clip.weights import fitted_weights
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.slam.slam import Slam
 from tests.helpers.box_room import CAMERA, T_BASE_CAM, lap, mapped, render

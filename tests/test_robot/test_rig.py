@@ -3,9 +3,8 @@ import time
 import numpy as np
 import pytest
 
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
+from sim_stubs.world.body import FreeFloor
 from sim_stubs.world.world import World
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pytest
 
-from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.geometry import camera_mount
+from vizbot.core.interfaces import Devices
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, BaseMode, BaseState, Button, ImuSamples, RGBDFrame
 from vizbot.perception.sensor_reader import SensorReader

@@ -16,10 +16,10 @@ from mapping.clip.footprint import PLACE
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.occupancy.planar_scan import BEARINGS, FLOOR, OBSTACLE, PASSED, PlanarScan
 from vizbot.config import Config
-from vizbot.core.devices import Devices
 from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.distance import distance_to_zero
 from vizbot.core.geometry import camera_mount, invert, planar, yaw_of
+from vizbot.core.interfaces import Devices
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import (
     STOP,

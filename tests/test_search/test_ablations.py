@@ -5,10 +5,10 @@ import pytest
 
 from benchmarks.ablations.ablation import ABLATIONS
 from mapping.clip.belief import PlaceBelief
+from mapping.clip.evidence import fitted_weights
 from mapping.clip.footprint import PLACE
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Query
-from mapping.clip.weights import fitted_weights
 from nav.frontier import FrontierSearch
 from vizbot.config import Config
 from vizbot.core.geometry import planar

@@ -7,8 +7,8 @@ import pytest
 
 from sim_stubs.faults.catalogue import FaultSchedule, parse_faults
 from sim_stubs.faults.faulty_camera import FaultyCamera
+from sim_stubs.world.body import FreeFloor
 from sim_stubs.world.box_room import CAMERA, BoxCamera
-from sim_stubs.world.free_floor import FreeFloor
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.geometry import camera_mount, planar
 from vizbot.core.simulated_clock import SimulatedClock

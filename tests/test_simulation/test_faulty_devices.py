@@ -9,8 +9,8 @@ from drivers.roomba.packets import Packet
 from sim_stubs.faults.catalogue import FaultSchedule, parse_faults
 from sim_stubs.faults.faulty_base import FaultyLine, FaultyRoomba
 from sim_stubs.faults.faulty_body import FaultyBody
-from sim_stubs.faults.faulty_encoder import FaultyEncoder
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.faults.faulty_program import FaultyEncoder
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.roomba_rig import Rig
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.types import BaseMode, Twist

@@ -9,7 +9,7 @@ from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.solids import Piece, box
 from sim_stubs.scoring.shortest_path import nearest_path_length
 from sim_stubs.scoring.success import GOALS, IN_COCO, goals_of
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world import World
 from vizbot.core.geometry import yaw_of
 

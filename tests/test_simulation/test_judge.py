@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
-from sim_stubs.homes.furniture.paint import painted_plain
+from sim_stubs.homes.furniture.appearance import painted_plain
 from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.solids import Piece, box, cylinder
@@ -18,7 +18,7 @@ from sim_stubs.scoring.success import (
     pixels_of,
     precise,
 )
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world import World
 from vizbot.core.observer import GoalReport, Outcome
 

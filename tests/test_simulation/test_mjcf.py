@@ -7,7 +7,7 @@ import pytest
 from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.geometry.solids import triangles
 from sim_stubs.world import mjcf
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.mjcf import read_mjcf
 from sim_stubs.world.world import World
 from sim_stubs.world.world_file import read_world

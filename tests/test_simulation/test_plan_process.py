@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world_name import plan_world, shape_of
 from tests.test_homes.test_home_digests import digest_of
 from vizbot.commands.run_plan import DeviceChoice, DryRunPlan, RunPlan, world_beside

@@ -11,7 +11,7 @@ from sim_stubs.realsense.config import (
     InertialConfig,
     SimulatedRealSenseConfig,
 )
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world import World
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 

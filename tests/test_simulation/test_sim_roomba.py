@@ -12,9 +12,8 @@ import pytest
 from drivers.roomba.commands import Opcode
 from drivers.roomba.packets import Packet
 from drivers.roomba.serial_port import WriteTimeout, open_serial
-from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
 from sim_stubs.roomba.serial_line import SerialLine
-from sim_stubs.roomba.wall_clock import on_wall_clock
 from sim_stubs.world.body import Contacts
 from tests.helpers.roomba_host import CLIFF, PlacedBody
 from vizbot.core.types import BaseMode

@@ -8,9 +8,8 @@ import pytest
 import serial
 from pycreate2 import Create2
 
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
+from sim_stubs.world.body import FreeFloor
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from vizbot.core.types import BaseMode
 

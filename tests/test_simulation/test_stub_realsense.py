@@ -15,7 +15,7 @@ from drivers.realsense.sdk import rs
 from sim_stubs.realsense.config import SimulatedRealSenseConfig
 from sim_stubs.realsense.footage import record_footage
 from sim_stubs.realsense.software_device import SoftwareD435i, require_all
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world_name import open_world
 from sim_stubs.world.world_plan import D435I_COLOUR
 from tests.helpers.d435i_frames import push_frames

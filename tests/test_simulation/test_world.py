@@ -11,8 +11,7 @@ from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.solids import box, flat_panel
 from sim_stubs.scoring.success import distance_to
-from sim_stubs.world.body import Contacts
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import Contacts, WorldConfig
 from sim_stubs.world.world import World
 from sim_stubs.world.world_name import open_world
 from tests.helpers.checkout import ROOT

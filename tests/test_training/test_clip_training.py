@@ -9,17 +9,17 @@ import torch
 from mapping.clip.embedded.encoder import load_embedded_clip, to_ids, to_pixels, to_values
 from mapping.clip.embedded.text_encoder import DIMENSION, LONGEST_TEXT
 from mapping.clip.embedded.towers import Clip
-from training.augmentation import augmented, swap_channels
-from training.batch_texts import draw_texts, truth_of
-from training.captions.captions import Caption, target
+from training.captions.captions import Caption, draw_texts, target, truth_of
 from training.captions.facts import FACT_INDEX, Facts
 from training.text_stage import TextStageConfig, export_model, train_text_tower
 from training.training import (
     VOCABULARY,
     PatchPool,
     TrainingConfig,
+    augmented,
     chosen_threshold,
     contrastive_loss,
+    swap_channels,
     train,
     train_tokenizer,
 )

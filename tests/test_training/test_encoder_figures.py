@@ -11,8 +11,7 @@ from mapping.clip.embedded.model_files import WEIGHTS
 from mapping.clip.embedded.word_table import TABLE
 from tests.helpers.checkout import ROOT
 from training.captions.phrasing import WITHHELD_PHRASINGS
-from training.captions.spoken_phrasing import SPOKEN
-from training.captions.synonyms import TRAINED_SYNONYMS, WITHHELD_SYNONYMS
+from training.captions.spoken_phrasing import SPOKEN, TRAINED_SYNONYMS, WITHHELD_SYNONYMS
 from training.captions.unrelated_words import CAPTION_WORDS
 from training.evaluation import WITHHELD_WAYS
 from vizbot.core.home_vocabulary import COLOURS, GROUPS, MATERIALS, ROOMS, THINGS

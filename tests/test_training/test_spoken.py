@@ -13,13 +13,11 @@ from training.captions.spoken_phrasing import (
     SPOKEN,
     TRAINED_ADJECTIVES,
     TRAINED_SPOKEN,
-    WITHHELD_SPOKEN,
-    spoken,
-)
-from training.captions.synonyms import (
     TRAINED_SYNONYMS,
+    WITHHELD_SPOKEN,
     WITHHELD_SYNONYMS,
     has_withheld_synonym,
+    spoken,
 )
 from training.captions.unrelated_words import HELD_OUT_WORDS
 from training.spoken_texts import draw_kept, draw_spoken, draw_unrelated

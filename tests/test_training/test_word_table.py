@@ -4,7 +4,7 @@ import pytest
 
 from mapping.clip.embedded.encoder import load_embedded_clip
 from mapping.clip.embedded.word_table import looked_up, read_goal, table
-from training.captions.synonyms import TRAINED_SYNONYMS, WITHHELD_SYNONYMS
+from training.captions.spoken_phrasing import TRAINED_SYNONYMS, WITHHELD_SYNONYMS
 from training.captions.unrelated_words import HELD_OUT_WORDS
 from training.spoken_texts import trained_words
 from training.wordnet import WordNet, word_table

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import typer
 
-from sim_stubs.homes.furniture.home_shapes import DEVELOPMENT
+from sim_stubs.homes.furniture.procedural import DEVELOPMENT
 from sim_stubs.homes.goal_chair import GOAL
 from sim_stubs.scoring.shortest_path import nearest_path_length
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world_name import open_world
 
 LEAST_WAY = 5.0

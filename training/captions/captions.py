@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from training.captions import phrasing
 from training.captions.facts import COUNTED, COUNTS, FACT_INDEX, FACTS, Fact, Facts
-from training.captions.held_out_pairs import is_withheld
+from training.captions.held_out_pairs import is_withheld, withheld_columns
 from training.captions.phrasing import NounPhrase, phrased, plural_noun
 from training.captions.unrelated_words import CAPTION_WORDS
-from vizbot.core.home_vocabulary import COLOURS, MATERIALS, ROOMS, SYNONYMS, THINGS
+from vizbot.core.home_vocabulary import COLOURS, GROUPS, MATERIALS, ROOMS, SYNONYMS, THINGS
 
 FAMILIES: Mapping[str, float] = {
     "thing": 0.48, "colour": 0.45, "material": 0.04, "count": 0.04, "relation": 0.2, "room": 0.3,
@@ -28,6 +28,8 @@ OWN_NAME = 0.65
 """Share of captions that call a thing by the name of its class; the others use a synonym."""
 TWO_FACTS = 0.15
 """Share of captions with a second fact."""
+NAMES = (*THINGS, *GROUPS, *ROOMS)
+"""Bare names, by which most goals are given; they are in every step."""
 TRIES = 8
 """Draws until a caption is not withheld."""
 
@@ -116,6 +118,39 @@ def caption_of(keys: Iterable[str], sentence: str, noun: NounPhrase) -> Caption:
 def plain_noun(fact: Fact) -> NounPhrase:
     """The fact in the most common words: "red sofa", "plant next to a sofa", "two chairs"."""
     return _noun(fact, lambda ways: ways[0], lambda thing: thing)
+
+
+def draw_texts(facts: Facts, rng: np.random.Generator) -> list[Caption]:
+    """A caption for each patch, contrasts and all colours for some, bare names, and negatives."""
+    count = len(facts)
+    captions = [caption for i in range(count) for caption in draw_captions(facts, i, rng, 1)]
+    for i in rng.choice(count, count // 2, replace=False):
+        captions += draw_contrasts(facts, int(i), rng, 1)
+    for i in rng.choice(count, count // 8, replace=False):
+        captions += draw_colours(facts, int(i), rng)
+    captions += draw_negatives(rng, count // 4)
+    return captions + [Caption(name, (name,)) for name in NAMES]
+
+
+def truth_of(
+    captions: Sequence[Caption], facts: Facts, changed: NDArray[np.bool_]
+) -> NDArray[np.float32]:
+    """`target` (P, M), NaN for captions with colours where patches are `changed` (P,).
+
+    A caption with a colour is also NaN for a patch that shows a withheld thing of this colour.
+    "purple sofa" is in no caption; if "purple chair" and all else that is purple were wrong for a
+    purple sofa, the encoder would learn that it is not purple.
+    """
+    truth = target(captions, facts)
+    colours_of = [{FACTS[FACT_INDEX[key]].colour for key in it.facts} - {""} for it in captions]
+    truth[np.ix_(changed, np.array([bool(colours) for colours in colours_of]))] = np.nan
+    for colour, (of_it, bare) in withheld_columns().items():
+        strengths = facts.columns(of_it)
+        shown = (strengths > 0) | (np.isnan(strengths) & (facts.columns(bare) > 0))
+        of_colour = np.array([colour in colours for colours in colours_of])
+        rows = np.ix_(shown.any(axis=1), of_colour)
+        truth[rows] = np.where(truth[rows] == 0, np.nan, truth[rows])
+    return truth
 
 
 @dataclass(frozen=True, slots=True)

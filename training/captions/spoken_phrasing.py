@@ -2,14 +2,19 @@
 
 Fields of a phrasing: {bare} "sofa", {a} "a sofa", {the} "the sofa", {many} "sofas". A fifth of the
 phrasings is withheld: no training text has one of them, nor its adjective. They are drawn by a seed
-from lists that were complete before the first training.
+from lists that were complete before the first training. A fifth of the synonyms of the vocabulary
+is withheld likewise, to examine the look-up of words on them.
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+
 import numpy as np
 
 from training.captions.phrasing import NounPhrase, phrased, plural_noun
+from vizbot.core.home_vocabulary import ROOMS, SYNONYMS
 
 SEED = 0
 """Seed of the draw of what is withheld."""
@@ -166,3 +171,29 @@ TRAINED_ADJECTIVES = tuple(it for it in ADJECTIVES if _of_adjective(it) in TRAIN
 def spoken(way: str, words: str) -> str:
     """A phrasing about a noun: ("some {many}", "red sofa") is "some red sofas"."""
     return phrased(way.replace("{many}", plural_noun(words)), NounPhrase.from_name(words))
+
+
+_ALL_SYNONYMS = tuple(
+    (word, name) for table in (SYNONYMS, ROOMS) for name, words in table.items() for word in words
+)
+
+
+def _withheld_synonyms() -> Mapping[str, str]:
+    count = round(WITHHELD_SHARE * len(_ALL_SYNONYMS))
+    chosen = np.random.default_rng((SEED, 1)).permutation(len(_ALL_SYNONYMS))[:count]
+    return {_ALL_SYNONYMS[i][0]: _ALL_SYNONYMS[i][1] for i in sorted(chosen.tolist())}
+
+
+WITHHELD_SYNONYMS: Mapping[str, str] = _withheld_synonyms()
+"""Class or room of each withheld synonym."""
+TRAINED_SYNONYMS: Mapping[str, str] = {
+    word: name for word, name in _ALL_SYNONYMS if word not in WITHHELD_SYNONYMS
+}
+"""Class or room of each of the others."""
+
+_WITHHELD_WORDS = re.compile(rf"\b({'|'.join(map(re.escape, WITHHELD_SYNONYMS))})(e?s)?\b")
+
+
+def has_withheld_synonym(text: str) -> bool:
+    """Whether a text has one of the withheld synonyms, also in the plural."""
+    return _WITHHELD_WORDS.search(text) is not None

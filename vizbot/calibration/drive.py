@@ -14,9 +14,9 @@ from mapping.keyframes.anchors import poses_in_map
 from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
 from vizbot.config import Config
-from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import back_project, camera_mount, invert, mount_angles
+from vizbot.core.interfaces import Devices
 from vizbot.core.program.interrupts import holding_interrupts, raise_held_interrupt
 from vizbot.core.types import (
     SE3,

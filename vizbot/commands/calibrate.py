@@ -17,9 +17,9 @@ from vizbot.calibration.solve import Calibration, solve
 from vizbot.commands.config.discovery import load_settings, settings_file
 from vizbot.commands.options import CalibrateOptions
 from vizbot.config import Config, load_config
-from vizbot.core.devices import Devices
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_writable, write_whole
+from vizbot.core.interfaces import Devices
 from vizbot.operator.printing import echo
 from vizbot.rig import opened_devices, require_devices
 

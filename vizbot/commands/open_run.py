@@ -18,7 +18,7 @@ from vizbot.commands.progress import Progress, parts_with_bank
 from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.config import Config
-from vizbot.core.devices import Devices
+from vizbot.core.interfaces import Devices
 from vizbot.core.observer import Observer
 from vizbot.core.program.garbage import collecting_afterwards
 from vizbot.core.program.interrupts import (

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.config import ObjectNavConfig
-from vizbot.core.devices import Devices
+from vizbot.core.interfaces import Devices
 from vizbot.core.observer import Candidate, GoalReport
 from vizbot.core.program.interrupts import is_interrupt
 from vizbot.core.types import BaseState, Feedback

@@ -1,11 +1,12 @@
-"""Protocols that real and simulated devices and clocks satisfy."""
+"""Protocols that real and simulated devices and clocks satisfy, and the devices of a run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol, Self, TypeVar
 
-from vizbot.core.types import BaseState, Feedback, Intrinsics, RGBDFrame, Twist
+from vizbot.core.types import SE3, BaseState, Feedback, Intrinsics, RGBDFrame, Twist
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -144,3 +145,22 @@ class Clock(Protocol):
         result is ready `latency` seconds from now, however slow this machine is.
         """
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class Devices:
+    """Camera, base and clock of a run, real or simulated.
+
+    Attributes:
+        clock: The clock of the whole run.
+        camera: A camera or a recording of one.
+        base: The base to drive; None without one.
+        T_base_cam: Where the camera sits on the base; None where that is not known.
+        recorded: Whether the camera is a recording, which ends by itself.
+    """
+
+    clock: Clock
+    camera: Camera
+    base: Base | None
+    T_base_cam: SE3 | None
+    recorded: bool

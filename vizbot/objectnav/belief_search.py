@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.belief import Belief, PlaceBelief
+from mapping.clip.evidence import fitted_weights
 from mapping.clip.scores import Query
-from mapping.clip.weights import fitted_weights
 from nav.config import Reach
 from nav.costmap import Costmap, LiveCostmap
 from nav.frontier import FrontierSearch

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from mapping.clip.weights import FILE
+from mapping.clip.evidence import WEIGHTS_FILE
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +20,7 @@ class SearchParts:
 
     most_looks: int = 3
     likeness: bool = True
-    weights: Path = FILE
+    weights: Path = WEIGHTS_FILE
 
 
 ALL_PARTS = SearchParts()

@@ -5,9 +5,8 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass, replace
 
-from vizbot.core.devices import Devices
 from vizbot.core.errors import DeviceTimeoutError
-from vizbot.core.interfaces import Base
+from vizbot.core.interfaces import Base, Devices
 from vizbot.core.program.interrupts import raise_held_interrupt
 from vizbot.core.types import STOP, BaseState, RGBDFrame
 

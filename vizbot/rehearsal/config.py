@@ -7,7 +7,7 @@ from typing import Self
 from pydantic import BaseModel, ValidationError
 
 from sim_stubs.realsense.config import SimulatedRealSenseConfig
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.settings import SETTINGS, explained

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
+from vizbot.core.closeable import Closeable
 from vizbot.core.geometry import yaw_of
 from vizbot.core.interfaces import Base, Camera
 from vizbot.core.types import BaseState, Feedback, ImuSamples, Intrinsics, RGBDFrame, Twist
@@ -22,7 +23,7 @@ _CONTACT = (
 )
 
 
-class WithoutImu:
+class WithoutImu(Closeable):
     """A camera without its IMU, which would not measure how the base beside it turns."""
 
     def __init__(self, camera: Camera) -> None:
@@ -42,14 +43,8 @@ class WithoutImu:
         """Close the camera."""
         self._camera.close()
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(self, *exc: object) -> None:
-        self.close()
-
-
-class FollowedBase:
+class FollowedBase(Closeable):
     """A real base whose simulated double follows its encoders.
 
     Simulated contacts are added to the real ones, so that the double does not drive through walls.
@@ -106,9 +101,3 @@ class FollowedBase:
     def close(self) -> None:
         """Close the real base."""
         self._base.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()

@@ -10,9 +10,10 @@ import os
 import pickle
 import subprocess
 import sys
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from sim_stubs.world.body import Outline
+from vizbot.core.closeable import Closeable
 from vizbot.core.program.interpreter import end_when_left
 
 if TYPE_CHECKING:  # its module loads what the other process is there for
@@ -23,7 +24,7 @@ _PIPE = 1 << 20
 """Bytes of a plan that wait in the pipe; the system gives no more to users."""
 
 
-class PlanProcess:
+class PlanProcess(Closeable):
     """The plan of a world, under way; `close` ends it."""
 
     def __init__(
@@ -97,12 +98,6 @@ class PlanProcess:
         """End the process, whatever it has done."""
         self._process.kill()
         self._process.__exit__(None, None, None)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
 
 def main() -> None:

@@ -17,7 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 from drivers.roomba.base import Roomba
 from drivers.roomba.serial_port import open_serial
@@ -25,16 +25,14 @@ from drivers.roomba.service import LockstepLink
 from sim_stubs.faults.catalogue import FaultSchedule, PlannedFault
 from sim_stubs.faults.faulty_base import FaultyRoomba
 from sim_stubs.faults.faulty_camera import FaultyCamera
-from sim_stubs.faults.faulty_encoder import FaultyEncoder
-from sim_stubs.faults.faulty_program import FaultyObserver, Killer
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.roomba.wall_clock import on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.faults.faulty_program import FaultyEncoder, FaultyObserver, Killer
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
+from sim_stubs.world.body import FreeFloor
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
-from vizbot.core.devices import Devices
+from vizbot.core.closeable import Closeable
 from vizbot.core.geometry import yaw_of
-from vizbot.core.interfaces import Base, Clock
+from vizbot.core.interfaces import Base, Clock, Devices
 from vizbot.core.observer import Observer
 from vizbot.core.program.interrupts import holding_interrupts
 from vizbot.core.simulated_clock import SimulatedClock
@@ -51,7 +49,7 @@ if TYPE_CHECKING:  # their modules load MuJoCo, PyTorch and the simulated homes
     from sim_stubs.world.world import World
 
 
-class Rig:
+class Rig(Closeable):
     """Open devices, and the world they stand in when it is simulated.
 
     Attributes:
@@ -134,12 +132,6 @@ class Rig:
         """Close every device, the base first; an interrupt comes after it."""
         with holding_interrupts():
             self._opened.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _open_in_world(
         self, config: Config, base: str, world: str | World, first_goal: str, opened: ExitStack

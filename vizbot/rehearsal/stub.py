@@ -8,10 +8,9 @@ from pathlib import Path
 
 from drivers.roomba.packets import Buttons
 from sim_stubs.realsense.footage import record_footage
-from sim_stubs.roomba.base import SimulatedRoomba
+from sim_stubs.roomba.base import SimulatedRoomba, run_on_wall_clock
 from sim_stubs.roomba.dock import SimulatedDock
-from sim_stubs.roomba.wall_clock import run_on_wall_clock
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.world.body import FreeFloor
 from sim_stubs.world.world_name import open_world
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError

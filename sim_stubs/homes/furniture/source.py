@@ -2,7 +2,7 @@
 
 A training home draws about half of its furniture from the catalogue's training models, and half
 from procedural shapes. A held-out home draws held-out models of the catalogue, and for classes that
-the catalogue lacks procedural shapes with other seeds; where the two take turns, `home_shapes` says
+the catalogue lacks procedural shapes with other seeds; where the two take turns, `procedural` says
 so. No picture is on furniture of both sides.
 
 The split of the catalogue is by design: recolours, mirror images and other sizes of one model stay

@@ -7,11 +7,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from sim_stubs.homes.textures.cache import drawn_once
 from sim_stubs.homes.textures.canvas import (
     SIDE,
     Colour,
     clouds,
+    drawn_once,
     plain_square,
     saved,
     wrapped_ellipse,

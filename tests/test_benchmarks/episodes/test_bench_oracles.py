@@ -8,7 +8,7 @@ import pytest
 from benchmarks.episodes.oracles import ORACLES, TrueEncoder, TrueMap, TruePose, oracle_parts
 from mapping.keyframes.config import KeyframeConfig
 from mapping.occupancy.config import DepthMapperConfig
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world import World
 from tests.test_benchmarks.episodes.one_room import kitchen_with_sofa
 from vizbot.config import Config

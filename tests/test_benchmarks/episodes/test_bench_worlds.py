@@ -10,7 +10,7 @@ from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.geometry.solids import Piece
 from sim_stubs.world import world_name as worlds_of_dry_runs
-from sim_stubs.world.config import WorldConfig
+from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world import MOUNT
 from sim_stubs.world.world_name import open_world
 from vizbot.config import Config

@@ -10,7 +10,7 @@ from benchmarks import loop_latency
 from benchmarks.episodes.latency import DecidedBase, Latencies, slow_devices
 from benchmarks.loop_latency import LoopTimes, TimedClock
 from vizbot.config import Config
-from vizbot.core.devices import Devices
+from vizbot.core.interfaces import Devices
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, Twist
 

@@ -8,15 +8,14 @@ import pytest
 from benchmarks.fast_world import fit
 from benchmarks.fast_world.fit import HOMES, Omission, SeenHome, fitted, logistic
 from benchmarks.fast_world.places import are_true, true_places
-from mapping.clip.evidence import NAMES, PRIOR
+from mapping.clip.evidence import NAMES, PRIOR, WEIGHTS_FILE, fitted_weights
 from mapping.clip.place_views import PlaceViews
-from mapping.clip.weights import FILE, fitted_weights
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import things_named
 
 
 def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from():
-    kept = json.loads(FILE.read_text())
+    kept = json.loads(WEIGHTS_FILE.read_text())
     weights = fitted_weights()
     assert weights.near.shape == weights.far.shape == (20,) and weights.join.shape == (20,)
     assert weights.near.size + weights.far.size + weights.join.size <= 60

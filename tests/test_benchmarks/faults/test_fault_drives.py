@@ -9,6 +9,7 @@ from benchmarks.faults import bench as faults
 from benchmarks.faults import drives as fault_drives
 from benchmarks.faults import run as fault_run
 from benchmarks.faults import tables as fault_tables
+from benchmarks.faults.bench import faults_page
 from benchmarks.faults.drives import FaultDrive, FaultDriveResult, run_drive
 from benchmarks.faults.missions import (
     PAIRS,
@@ -18,11 +19,10 @@ from benchmarks.faults.missions import (
     missions_in,
 )
 from benchmarks.faults.monitor import FARTHEST_ASTRAY, FaultMonitor, FaultStop
-from benchmarks.faults.page import faults_page
-from benchmarks.faults.reflex_latency import ReflexLatency
 from benchmarks.faults.run import HungError, limit_wall_time
 from benchmarks.faults.scores import FaultScore, FaultSeries, run_series, score_series
 from benchmarks.faults.totals import DefaultResults, WallClockTiming
+from benchmarks.faults.wall_clock import ReflexLatency
 from benchmarks.harness.store import Store
 from mapping import map_bundle
 from sim_stubs.faults.catalogue import CATALOGUE

@@ -8,7 +8,6 @@ from benchmarks.faults import bench as faults
 from benchmarks.faults import missions, tables, totals
 from benchmarks.faults.drives import FaultDrive, run_drive
 from benchmarks.faults.missions import FaultMission, FaultMissionResult, NearGoals
-from benchmarks.faults.reflex_latency import ReflexLatency
 from benchmarks.faults.scores import (
     ENDS_BY_DEFAULT,
     FaultScore,
@@ -16,6 +15,7 @@ from benchmarks.faults.scores import (
     run_series,
     score_series,
 )
+from benchmarks.faults.wall_clock import ReflexLatency
 from benchmarks.harness.scores import Rate
 from benchmarks.harness.store import Store
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure

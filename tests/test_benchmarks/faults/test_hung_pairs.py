@@ -1,6 +1,6 @@
 """Watchdog and reflexes that both hang, on the wall clock."""
 
-from benchmarks.faults.hung_pairs import measure_hung_pairs
+from benchmarks.faults.wall_clock import measure_hung_pairs
 
 
 def test_the_program_stops_the_wheels_of_a_pair_that_hangs_and_leaves_nothing_behind(caplog):

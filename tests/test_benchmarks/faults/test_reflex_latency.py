@@ -1,6 +1,6 @@
 """The reflexes' latency on the wall clock."""
 
-from benchmarks.faults.reflex_latency import measure_reflexes
+from benchmarks.faults.wall_clock import measure_reflexes
 
 
 def test_bumps_stop_the_wheels_while_the_program_holds_its_lock():

@@ -12,10 +12,10 @@ import subprocess
 import threading
 from collections.abc import Sequence
 from contextlib import ExitStack, closing
-from typing import Self
 
 import uvicorn
 
+from vizbot.core.closeable import Closeable
 from vizbot.core.program.interpreter import interpreter_command
 from vizbot.operator.api.app import build_app, build_stop_app
 from vizbot.operator.api.auth import App, Guard, own_token, store_token
@@ -55,7 +55,7 @@ _RESTART_PAUSE = 0.1
 """[s]"""
 
 
-class Server:
+class Server(Closeable):
     """Serves the API until it is closed.
 
     Attributes:
@@ -108,12 +108,6 @@ class Server:
     def close(self) -> None:
         """Close all connections and the port; twice is fine."""
         self._cleanup.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
 
 class _Answering:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from typing import Any, Self, TypeGuard
+from typing import Any, TypeGuard
 from urllib.parse import urlencode
 
 import httpx
@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from websockets.exceptions import InvalidURI
 from websockets.sync.client import ClientConnection, connect
 
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.operator.api.answers import (
     DoubtShown,
@@ -34,7 +35,7 @@ _OPEN_TIMEOUT = 10.0
 """Until a WebSocket is open [s]."""
 
 
-class RobotClient:
+class RobotClient(Closeable):
     """A robot that is running somewhere.
 
     Attributes:
@@ -169,12 +170,6 @@ class RobotClient:
     def close(self) -> None:
         """Close the connection."""
         self._link.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _queue(self, path: str, at_once: bool) -> int:
         """Queue a task that needs no words; returns its number."""

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.belief import Belief, PlaceBelief, against_rivals
+from mapping.clip.evidence import fitted_weights
 from mapping.clip.place_rows import PlacedRows, PlaceMap
 from mapping.clip.scores import Query
-from mapping.clip.weights import fitted_weights
 from mapping.map_bundle import MapBundle
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.pipeline import Pipeline

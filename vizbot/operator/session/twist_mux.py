@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
-from typing import Self
 
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import DeviceError
 from vizbot.core.interfaces import Base
 from vizbot.core.types import STOP, BaseState, Feedback, Twist
@@ -18,7 +18,7 @@ _FRESH, _BATTERY_FRESH = 1.0, 10.0
 """Age from which a state of the base counts as none, and from which its battery does [s]."""
 
 
-class TwistMux:
+class TwistMux(Closeable):
     """A `Base` whose driver by hand overrides the program, and whose stop overrides both.
 
     Attributes:
@@ -137,12 +137,6 @@ class TwistMux:
 
     def close(self) -> None:
         """Do nothing: the owner closes the base."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _drive(self, who: str, twist: Twist) -> None:
         self._base.drive(twist)

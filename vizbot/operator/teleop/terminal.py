@@ -6,8 +6,8 @@ import os
 import select
 import termios
 from contextlib import suppress
-from typing import Self
 
+from vizbot.core.closeable import Closeable
 from vizbot.core.errors import ConfigError
 
 ASK = b"\x1b[?u"
@@ -34,7 +34,7 @@ def require_terminal(descriptor: int) -> None:
         )
 
 
-class Terminal:
+class Terminal(Closeable):
     """A terminal whose keys are read one by one; closing it restores its settings.
 
     Writing never waits: what a stuck terminal does not take is lost.
@@ -107,12 +107,6 @@ class Terminal:
                 termios.tcflush(self._descriptor, termios.TCIFLUSH)
         finally:
             os.close(self._descriptor)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *exc: object) -> None:
-        self.close()
 
     def _take_keys(self) -> None:
         modes = termios.tcgetattr(self._descriptor)

@@ -1,17 +1,22 @@
-"""How soon the reflexes stop the wheels on the wall clock while the program holds the interpreter.
+"""How soon the wheels rest on the wall clock: by reflexes, and by the program where these hang.
 
-Three processes take part, as on the robot. This one drives and holds its interpreter's lock for
-long stretches, as GTSAM and the camera SDK do. The second one owns the port. The third one
-simulates the base, presses its bumper and waits until the wheels are commanded to rest.
+For the reflexes three processes take part, as on the robot. This one drives and holds its
+interpreter's lock for long stretches, as GTSAM and the camera SDK do. The second one owns the port.
+The third one simulates the base, presses its bumper and waits until the wheels are commanded to
+rest. Once watchdog and reflexes both hang, the program alone is left to notice. It has the
+product's settings, and drives straight ahead.
 """
 
 from __future__ import annotations
 
 import ctypes
 import multiprocessing
+import os
+import signal
 import time
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
+from statistics import median
 
 import numpy as np
 
@@ -20,20 +25,20 @@ from drivers.roomba.config import RoombaConfig
 from drivers.roomba.reflex_process.process_link import ProcessLink
 from drivers.roomba.serial_port import SerialAddress
 from drivers.roomba.stream import PERIOD
-from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.world.body import Contacts
-from sim_stubs.world.free_floor import FreeFloor
+from sim_stubs.roomba.base import SimulatedRoomba, on_wall_clock
+from sim_stubs.world.body import Contacts, FreeFloor
 from vizbot.core.clock import WallClock
-from vizbot.core.types import SE3, Twist
+from vizbot.core.types import Twist
 
-BUMPS = 200
+BUMPS, HANGS = 200, 5
 _HELD = 0.2
 """Time for which the lock is held at a time [s]; commands older than 0.3 s are void."""
 _FREE = 0.002
 _LONGEST = 30.0
 """Longest time until the base obeys [s]."""
-_PATIENCE = 1.0
-"""Time after which a base counts as not stopped [s]."""
+_PATIENCE, _HANG_PATIENCE = 1.0, 5.0
+"""Time after which a base counts as not stopped, by reflexes and by the program [s]."""
+_PERIOD = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,32 +110,21 @@ def measure_reflexes(bumps: int = BUMPS) -> ReflexLatency:
     )
 
 
-class _Bumper:
+class _Bumper(FreeFloor):
     """A body with a bumper that the benchmark presses."""
 
     def __init__(self) -> None:
-        self._floor = FreeFloor()
+        super().__init__()
         self.pressed = False
         self.speeds = (0.0, 0.0)
 
     def set_wheel_speeds(self, left: float, right: float) -> None:
+        super().set_wheel_speeds(left, right)
         self.speeds = left, right
-        self._floor.set_wheel_speeds(left, right)
-
-    def advance(self, seconds: float) -> None:
-        self._floor.advance(seconds)
-
-    @property
-    def wheel_travel(self) -> tuple[float, float]:
-        return self._floor.wheel_travel
 
     @property
     def contacts(self) -> Contacts:
         return Contacts(self.pressed, self.pressed)
-
-    @property
-    def T_world_base(self) -> SE3:
-        return self._floor.T_world_base
 
 
 def _serve_base(connection: Connection, bumps: int) -> None:
@@ -141,7 +135,7 @@ def _serve_base(connection: Connection, bumps: int) -> None:
         connection.send(roomba.path)
         end = time.monotonic() + _LONGEST + 2.0 * bumps
         while len(delays) < bumps and time.monotonic() < end:
-            _simulate(roomba, body, rng.uniform(0.3, 0.8))
+            _simulate(roomba, rng.uniform(0.3, 0.8))
             if sum(body.speeds) <= 0.0:
                 continue
             body.pressed = True
@@ -151,14 +145,14 @@ def _serve_base(connection: Connection, bumps: int) -> None:
                 roomba.advance(0.0)
             after = time.monotonic() - reported
             delays.append(after if sum(body.speeds) <= 0.0 else float("inf"))
-            _simulate(roomba, body, 0.1)
+            _simulate(roomba, 0.1)
             body.pressed = False
         connection.send(delays)
         while not connection.poll():  # until the driver has closed the port
-            _simulate(roomba, body, 0.1)
+            _simulate(roomba, 0.1)
 
 
-def _simulate(roomba: SimulatedRoomba, body: _Bumper, seconds: float) -> None:
+def _simulate(roomba: SimulatedRoomba, seconds: float) -> None:
     end = time.monotonic() + seconds
     before = time.monotonic()
     while before < end:
@@ -167,3 +161,74 @@ def _simulate(roomba: SimulatedRoomba, body: _Bumper, seconds: float) -> None:
         roomba.advance(now - before)
         roomba.publish()
         before = now
+
+
+@dataclass(frozen=True, slots=True)
+class HungPairs:
+    """Time from the last sign of life of watchdog and reflexes to the wheels at rest.
+
+    Attributes:
+        hangs: How often both were stopped by a signal while the wheels turned.
+        stopped: How often the wheels came to rest.
+        median_ms: Median time of those.
+        max_ms: Longest time.
+    """
+
+    hangs: int
+    stopped: int
+    median_ms: float
+    max_ms: float
+
+    def summary(self) -> str:
+        """The result as a paragraph."""
+        return (
+            f"Watchdog and reflexes both hang, on the wall clock: the program stopped the wheels"
+            f" {self.stopped} of {self.hangs} times, median {self.median_ms:.0f} ms, maximum"
+            f" {self.max_ms:.0f} ms after their last sign of life; 600 are allowed."
+        )
+
+
+class _TimedFloor(FreeFloor):
+    """A floor that knows since when the wheels rest [s]; None while they turn."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.rest_since: float | None = time.monotonic()
+
+    def set_wheel_speeds(self, left: float, right: float) -> None:
+        super().set_wheel_speeds(left, right)
+        if left != 0.0 or right != 0.0:
+            self.rest_since = None
+        elif self.rest_since is None:
+            self.rest_since = time.monotonic()
+
+
+def measure_hung_pairs(hangs: int = HANGS) -> HungPairs:
+    """Stop both processes by a signal, again and again, each time with a new link.
+
+    Raises:
+        DeviceError: the simulated base does not answer.
+    """
+    after = [delay for delay in (_hang() for _ in range(hangs)) if delay is not None]
+    if not after:
+        return HungPairs(hangs, 0, float("inf"), float("inf"))
+    longest = round(1000 * max(after), 1)
+    return HungPairs(hangs, len(after), round(1000 * median(after), 1), longest)
+
+
+def _hang() -> float | None:
+    """Time from a hang to the wheels at rest [s]; None where they turn on."""
+    floor, config, clock = _TimedFloor(), RoombaConfig(), WallClock()
+    with on_wall_clock(SimulatedRoomba(floor)) as stub:
+        link = ProcessLink(SerialAddress(stub.path).open, config)
+        with Roomba(link, clock, config) as base:
+            end = time.monotonic() + _LONGEST
+            while floor.rest_since is not None and time.monotonic() < end:
+                base.drive(Twist(0.2, 0.0))
+                time.sleep(_PERIOD)
+            os.killpg(link.pid, signal.SIGSTOP)
+            hung = time.monotonic()
+            while floor.rest_since is None and time.monotonic() - hung < _HANG_PATIENCE:
+                base.drive(Twist(0.2, 0.0))
+                time.sleep(_PERIOD)
+            return None if floor.rest_since is None else floor.rest_since - hung
