@@ -58,7 +58,7 @@ Command = TypeVar("Command", bound=Callable[..., None])
 
 RUNS = Path("runs/bench")
 """Results that no folder was named for; those that are published lie in `pages.ROWS`."""
-SCOREBOARD = RUNS / "scoreboard"
+BOARD_ROWS = RUNS / "board"
 """Finished episodes of the robot as it is."""
 QUICK_SHARE = RUNS / QUICK_SHARE_ROWS
 """Finished episodes of quick runs in homes of development, kept apart from those of the board."""
@@ -331,7 +331,7 @@ def _run_board(
     folder: Path | None = None,
     goals: int | None = None,
 ) -> None:
-    """Run a benchmark of the scoreboard; the whole scoreboard also writes its page.
+    """Run a benchmark of the board; the whole board also writes its page.
 
     Args:
         options: The options that all of them have.
@@ -347,12 +347,12 @@ def _run_board(
     if options.out is None and homes is not None and min(homes) < FIRST_HOME:
         raise ConfigError(
             f"home {min(homes)} of --seeds is a training home (benchmark homes begin at"
-            f" {FIRST_HOME}) and no part of the scoreboard; give a folder by --out"
+            f" {FIRST_HOME}) and no part of the board; give a folder by --out"
         )
     fingerprint = Fingerprint.taken(config.clip)
     if not fingerprint.clean:
         echo(f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True)
-    default = folder or (QUICK_SHARE if options.quick else SCOREBOARD)
+    default = folder or (QUICK_SHARE if options.quick else BOARD_ROWS)
     kept = folder_for(options.out, default)
     plan = BenchPlan(config, kept, fingerprint, worlds or homes, options.quick, chosen, goals)
     _print(run(plan), options.as_json)

@@ -16,7 +16,7 @@ from vizbot.core.method import Method
 
 SeedsOption = Annotated[
     str | None,
-    typer.Option("--seeds", help="Homes, for example 1000,1001; else those of the scoreboard."),
+    typer.Option("--seeds", help="Homes, for example 1000,1001; else those of the board."),
 ]
 QuickOption = Annotated[
     bool, typer.Option("--quick", help="Run a small part, in homes of development: no claim.")
@@ -53,7 +53,7 @@ OutOption = Annotated[
 
 @dataclass(frozen=True, slots=True)
 class BoardOptions:
-    """Options of every benchmark of the scoreboard."""
+    """Options of every benchmark of the board."""
 
     seeds: SeedsOption = None
     quick: QuickOption = False

@@ -39,7 +39,7 @@ from sim_stubs.scoring.success import IN_COCO
 from vizbot.config import Config
 
 NAME = "retrieval"
-MAPS = Path("runs/scoreboard")
+MAPS = Path("runs/board")
 """Folder of the explored maps, which are too large to be committed."""
 _QUICK_HOMES = 2
 _SHARES = (0.8, 0.9, 1.0, 1.1, 1.2)

@@ -1,4 +1,4 @@
-"""The scoreboard's bookkeeping, on episodes that nobody drives."""
+"""What benches keep of the board, with episodes that nobody drives."""
 
 from pathlib import Path
 
