@@ -86,12 +86,12 @@ def before_any_bench(
     context: typer.Context,
     check: Annotated[
         bool,
-        typer.Option("--check", help="Compute what README and pages claim from kept rows."),
+        typer.Option("--check", help="Compare what README and pages claim with the kept rows."),
     ] = False,
     figures: Annotated[
         bool,
         typer.Option(
-            "--figures", help="Draw every table and figure of docs/results from its rows."
+            "--figures", help="Write every table and figure of docs/results from its rows."
         ),
     ] = False,
 ) -> None:
@@ -121,7 +121,10 @@ class ObjectNavOptions:
     board: BoardOptions
     worlds: Annotated[
         str | None,
-        typer.Option("--worlds", help="Homes as for --world: bare ones or files drawn by others."),
+        typer.Option(
+            "--worlds",
+            help="Drive in these homes, as for --world: bare ones, or files drawn by others.",
+        ),
     ] = None
     goals: Annotated[
         int | None,
@@ -129,7 +132,9 @@ class ObjectNavOptions:
     ] = None
     fast: Annotated[
         bool,
-        typer.Option("--fast", help="Compare rules on views made before; for development."),
+        typer.Option(
+            "--fast", help="Compare rules on views that are rendered once; for development."
+        ),
     ] = False
     method: MethodOption = None
     encoder_scale: EncoderScaleOption = None
@@ -204,25 +209,27 @@ def run_absent(options: MapOptions) -> None:
 @_bench(slam.NAME, "--quick")
 def run_slam(
     sequence: Annotated[
-        Path | None, typer.Argument(metavar="[SEQ]", help="A TUM folder; else simulated homes.")
+        Path | None,
+        typer.Argument(metavar="[SEQ]", help="Use this TUM folder; else simulated homes."),
     ] = None,
     seeds: SeedsOption = None,
     hours: Annotated[
         float | None,
         typer.Option(
             "--hours",
-            help="Drive in one home for so long; does the cost stay?",
+            help="Drive this many hours in one home, to see whether a frame costs more.",
             min=0.001,
             max=1000.0,
         ),
     ] = None,
     stride: Annotated[
-        int | None, typer.Option("--stride", help="Use every so many frames.", min=1, max=1000)
+        int | None, typer.Option("--stride", help="Use every n-th frame.", min=1, max=1000)
     ] = None,
     vocabulary: Annotated[
         Path | None,
         typer.Option(
-            "--vocabulary", help="ORBvoc.txt, for ORB-SLAM3 as a peer (pip install pyorbslam3)."
+            "--vocabulary",
+            help="Use this ORBvoc.txt for ORB-SLAM3 as a peer (pip install pyorbslam3).",
         ),
     ] = None,
     intrinsics: IntrinsicsOption = None,
@@ -264,11 +271,13 @@ def run_slam(
 
 @_bench(questions.NAME, "walk --questions questions.toml")
 def run_questions(
-    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="A TUM folder.")],
+    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="Use this TUM folder.")],
     asked: Annotated[
         Path,
         typer.Option(
-            "--questions", metavar="FILE.toml", help="TOML file of things and where they are."
+            "--questions",
+            metavar="FILE.toml",
+            help="Read things, and where they are, from this TOML file.",
         ),
     ],
     clip: ClipOption = None,
@@ -298,7 +307,7 @@ def run_loop(
     quick: QuickOption = False,
     against: Annotated[
         str | None,
-        typer.Option("--against", help="A commit to compare with, run in turns."),
+        typer.Option("--against", help="Compare with this commit, which runs in turns."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""The whole configuration: every part's own settings, composed; TOML in and out."""
+"""The settings of all parts in one model, read from TOML and written as TOML."""
 
 from __future__ import annotations
 
@@ -217,7 +217,7 @@ def load_config(path: Path | None, clip: str | None = None, method: Method | Non
             text = f"configuration {path} is nested too deep; settings are two or three tables deep"
             raise ConfigError(text) from error
         except ValueError as error:  # of TOML, of UTF-8, or of a number with thousands of digits
-            raise ConfigError(f"configuration {path} is not TOML: {error}; mend it") from error
+            raise ConfigError(f"configuration {path} is not TOML: {error}; correct it") from error
     try:
         settings, renamed = with_names_of_today(settings)
     except ConfigError as error:

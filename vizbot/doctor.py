@@ -1,4 +1,4 @@
-"""Checks every device and says what is wrong and how to mend it.
+"""Checks every device and says what is wrong and how to fix it.
 
 Nothing moves. The checks run beside each other, so that one that hangs costs its own answer alone.
 """

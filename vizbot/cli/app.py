@@ -93,7 +93,7 @@ def before_any_command(
     ] = False,
     verbose: VerboseOption = False,
 ) -> None:
-    """Have a Roomba with an RGB-D camera map a home and go to what is asked for."""
+    """Have a Roomba with an RGB-D camera map a home and go to what you ask for."""
     if verbose:
         show_events()
 
@@ -145,7 +145,7 @@ def launch(options: LaunchOptions) -> None:
 def doctor(
     clip: ClipOption = None, config: ConfigOption = None, as_json: JsonOption = False
 ) -> None:
-    """Check every device and say what is wrong and how to mend it; nothing moves."""
+    """Check every device and say what is wrong and how to fix it; nothing moves."""
     from vizbot.commands.doctor import run
 
     run(config, clip, as_json)
@@ -171,7 +171,7 @@ def calibrate(options: CalibrateOptions) -> None:
     },
 )
 def run_bench(context: typer.Context) -> None:
-    """Run a benchmark of the paper, or of pose estimation; what is finished is kept."""
+    """Run a benchmark of the paper, or of pose estimation; finished rows are kept."""
     from vizbot.commands.bench import run
 
     run(context)
