@@ -176,7 +176,7 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
     firmware = base.firmware or "firmware unknown"
     shifted = ", reports its mode one too high" if base.mode_offset else ""
     mode = state.mode.name.title()
-    yield Finding("base", Grade.GOOD, f"{firmware}, told to start it is in {mode} mode{shifted}")
+    yield Finding("base", Grade.GOOD, f"{firmware}, after Start it is in {mode} mode{shifted}")
     frames = f"{base.rate:.0f} frames/s, {100 * base.spoilt:.1f} % of the bytes spoilt"
     clean = base.spoilt < _MOST_SPOILT
     sound = base.rate > _FEWEST_FRAMES / PERIOD and clean

@@ -84,7 +84,7 @@ def run_fast(plan: BenchPlan) -> BenchResult:
 
     Args:
         plan: Its homes; without them those to tune in and to report on. Where it is quick, the
-            episodes of the quick share, so that a rule can be held against the whole loop's. Its
+            episodes of the quick share, so that a rule can be compared with the whole loop. Its
             rows; without them all but those without a part of the search.
     """
     homes = plan.homes or (QUICK_SHARE if plan.quick else (*TUNING, *REPORTING))

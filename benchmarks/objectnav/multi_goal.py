@@ -169,7 +169,7 @@ def _later_goals(name: str, results: Sequence[EpisodeResult]) -> str:
     if name == OVER_3_M:
         text += (
             " Each next goal is the first, in an order drawn by home and number, that is over"
-            f" {FAR:.0f} m of way from where the robot truly stands; the robot is not told how far."
+            f" {FAR:.0f} m of way from where the robot truly stands, which it does not know."
         )
     out = sum(not r.success and all(goal.success for goal in r.goals) for r in results)
     return f"{text} {out} episodes ended because no goal was that far." if out else text

@@ -106,7 +106,7 @@ class BankProgress:
         if done == 0:
             self._began = self._said = now
             echo(
-                f"{self._model_id} embeds {of} pictures that questions are held against; they are"
+                f"{self._model_id} embeds {of} pictures that questions are compared with; they are"
                 " kept for its next runs",
                 err=True,
             )

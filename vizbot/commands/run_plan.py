@@ -161,7 +161,7 @@ def _loaded(given: Path) -> tuple[MapBundle, Path]:
 
 
 def _require_encoder_of_pictures(clip: str, typed: str | None) -> None:
-    """Refuse to drive among real things by an encoder that knows none, unless it is asked for."""
+    """Refuse the rehearsal encoder among real things, unless a person names it."""
     if is_rehearsal_encoder(clip) and typed is None:
         raise ConfigError(
             f"clip {clip}: the rehearsal encoder knows simulated homes alone; choose one of real"
@@ -178,7 +178,7 @@ def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> No
 
 
 def _refuse_service_of_nobody(options: DryRunOptions) -> None:
-    """Refuse options of what people reach where nothing is served; goals have a language too."""
+    """Refuse options of serving where nothing is served; `--language` is also for goals."""
     if options.serve:
         return
     usual, asked = ServiceOptions(), options.service

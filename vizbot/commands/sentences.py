@@ -74,7 +74,7 @@ def parse_goals(texts: Sequence[str], language: Language = ENGLISH) -> list[str]
 def parse_question(text: str, language: Language = ENGLISH) -> WhereIs | HowMany:
     """What a saved map is asked: where a thing is, which may be named alone, or how many there are.
 
-    Words that only tell something ("something to sit on") are a thing: encoders know open words.
+    A description ("something to sit on") counts as a thing: encoders know open words.
 
     Raises:
         ConfigError: the text is empty, another command, or not understood.

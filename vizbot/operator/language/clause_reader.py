@@ -1,7 +1,7 @@
 """Finds what is asked for in a line that says more than that.
 
 "My feet hurt can you go to the sofa I told you already" has three clauses, and one of them asks for
-something. The other two only tell something, so they are left out. A clause is left out where
+something. The other two are remarks, so they are left out. A clause is left out where
 nothing in it can change what the others ask for: it forbids nothing, takes nothing back, reports
 nobody's words, sets no condition and no time, and begins like no order.
 

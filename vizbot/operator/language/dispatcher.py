@@ -147,7 +147,7 @@ class Dispatcher:
         return Reply(said or (self._say("confirmed"),), numbers=numbers)
 
     def _judged_candidate(self, candidate: ApproachedCandidate, confirmed: bool, who: str) -> Reply:
-        """What is said while the robot goes up to something answers whether to go there."""
+        """A yes or no while the robot approaches a candidate says whether to go there."""
         self._session.judge_candidate(candidate.number, confirmed=confirmed, who=who)
         answer = "going_there" if confirmed else "searching_on"
         return Reply((self._say(answer, goal=candidate.goal),))

@@ -52,19 +52,21 @@ class SavedMap:
             clip = self._config.clip
         self.encoder = open_map_encoder(self.bundle, self._config.device, self._config.half, clip)
 
-    def find(self, text: str, told: Callable[[int, int], None] = lambda done, of: None) -> Answer:
+    def find(
+        self, text: str, on_progress: Callable[[int, int], None] = lambda done, of: None
+    ) -> Answer:
         """Where a thing or a room is.
 
         Args:
             text: The thing or the room.
-            told: Hears how many pictures of the background are embedded, and of how many, where the
-                map has none and the first question waits for them.
+            on_progress: Called with how many pictures of the background are embedded, and of how
+                many, where the map has none and the first question waits for them.
         """
         from vizbot.operator.session.place_answers import find_places
 
         goal = goal_of(self.encoder, text)
         if self._config.objectnav.method != "paper":
-            self.bundle = map_bundle.with_background(self.bundle, self.encoder, told)
+            self.bundle = map_bundle.with_background(self.bundle, self.encoder, on_progress)
         return find_places(self.bundle, goal, self.encoder.log_odds, self._config.objectnav)
 
     def count(self, text: str) -> int:
