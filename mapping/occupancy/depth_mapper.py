@@ -22,7 +22,8 @@ from vizbot.core.geometry import invert, planar, transform, yaw_of
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
 
 _INFERRED_SIGHTINGS = 2
-"""So many near views of an obstacle make its cell occupied: an inferred one counts as much."""
+"""Number of near views of an obstacle that make its cell occupied; an inferred one counts as
+much."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

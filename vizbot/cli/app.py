@@ -115,7 +115,7 @@ def dry_run(options: DryRunOptions) -> None:
     with collecting_afterwards():
         from vizbot.commands.run_plan import plan_dry_run, world_beside
 
-        plan = plan_dry_run(options)  # what cannot be is refused before the rest of it is loaded
+        plan = plan_dry_run(options)  # refuse impossible options before the rest is loaded
     with world_beside(plan) as world:
         with collecting_afterwards():
             from vizbot.commands.dry_run import run
@@ -205,8 +205,8 @@ def _require_utf8(arguments: Sequence[str]) -> None:
 def _usage(error: Any) -> str:
     """What is wrong with the words of a command, in a sentence; empty where the help was shown.
 
-    Typer proposes options that are alike by their dashes alone, and tells of a value what pydantic
-    says, without the value.
+    Typer proposes options that are alike by their dashes alone, and reports pydantic's words about
+    a value without the value.
     """
     message = str(error.format_message()).strip()
     if proposed := getattr(error, "possibilities", None):

@@ -101,7 +101,7 @@ class BankProgress:
         self._began = self._said = 0.0
 
     def __call__(self, done: int, of: int) -> None:
-        """Say that so many pictures of so many have been embedded, if that is due."""
+        """Say how many pictures have been embedded, if the last line is old enough."""
         now = self._now()
         if done == 0:
             self._began = self._said = now

@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class RobotOfRun:
-    """The robot of a run as its session has it: a `SharedRobot`.
+    """The robot of a run as its session sees it: a `SharedRobot`.
 
     Attributes:
         base: The base that program and people share; None without one.
