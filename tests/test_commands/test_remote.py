@@ -166,7 +166,9 @@ def test_an_empty_goal_is_one_line(client):
 
 
 def test_what_the_robot_refuses_is_one_line(client):
-    with pytest.raises(DeviceError, match=r"refuses: the goal .* holds what is no text"):
+    with pytest.raises(
+        DeviceError, match=r"refuses: the goal .* holds characters that are no text"
+    ):
         client.ask(["so\x07fa"])
     with pytest.raises(DeviceError, match=r"refuses: texts.0: it must have at most 200 letters"):
         client.ask(["a" * 300])

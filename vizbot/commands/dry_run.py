@@ -80,7 +80,7 @@ def _explore_and_ask(opened: OpenRun, goals: Sequence[str]) -> bool:
     max_steps = opened.config.objectnav.max_exploration_steps
     outcome, reason = explore_all(opened.pipeline, opened.devices, max_steps)
     if outcome is not Outcome.EXPLORED:
-        echo(f"the exploration has not come to its end: {reason}", err=True)
+        echo(f"the exploration did not finish: {reason}", err=True)
     _look_up_all(opened.pipeline, goals)
     return outcome is Outcome.EXPLORED
 

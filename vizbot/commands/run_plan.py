@@ -174,7 +174,7 @@ def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> No
     if not goals and not options.explore and not options.serve:
         raise ConfigError("no TEXT and no --explore: nothing to do. See: vizbot dry-run --help")
     if goals and options.explore and options.serve:
-        raise ConfigError("--explore with --serve takes no TEXT; ask for it when it has explored")
+        raise ConfigError("--explore with --serve takes no TEXT; ask for it after the exploration")
 
 
 def _refuse_service_of_nobody(options: DryRunOptions) -> None:
@@ -191,7 +191,7 @@ def _refuse_service_of_nobody(options: DryRunOptions) -> None:
     }
     for option, (value, default) in of_service.items():
         if value != default:
-            raise ConfigError(f"{option} {value} is of what --serve serves; add --serve")
+            raise ConfigError(f"{option} {value} needs a served run; add --serve")
 
 
 def _device_choice(goals: Sequence[str], options: DryRunOptions) -> DeviceChoice:

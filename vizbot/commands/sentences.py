@@ -110,7 +110,9 @@ def require_text(text: str) -> None:
     if not text.strip():
         raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
     if not seen_text(text).isprintable():
-        raise ConfigError(f"the goal {text!r} holds what is no text; say it in plain words")
+        raise ConfigError(
+            f"the goal {text!r} holds characters that are no text; say it in plain words"
+        )
 
 
 def _parse_text(text: str, language: Language) -> Command:

@@ -61,7 +61,7 @@ class ObstacleMapper(Protocol):
         ...
 
     def infer_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
-        """Take obstacles to be at `points` (N, 2) x, y in `base` [m] until depth shows floor."""
+        """Mark obstacles at `points` (N, 2) x, y in `base` [m] until depth shows floor there."""
         ...
 
     def forget_touched(self) -> bool:

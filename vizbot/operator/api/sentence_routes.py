@@ -40,7 +40,7 @@ def sentence_router(dialogue: Dialogue, recordings: Recordings) -> APIRouter:
         try:
             if not text.isprintable():
                 require_length(text)
-                raise HTTPException(422, f"{text!r} holds what is no text")
+                raise HTTPException(422, f"{text!r} holds characters that are no text")
             reply = dialogue.typed(text, sentence.who, at_once=sentence.at_once)
         except SentenceTooLongError as error:
             raise HTTPException(422, str(error)) from error

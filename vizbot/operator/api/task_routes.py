@@ -50,7 +50,7 @@ def task_router(session: OperatorSession) -> APIRouter:
         """
         for text in goals.texts:
             if not text.isprintable():
-                raise HTTPException(422, f"the goal {text!r} holds what is no text")
+                raise HTTPException(422, f"the goal {text!r} holds characters that are no text")
         return _queued(session, goals.texts, at_once=goals.at_once)
 
     @router.post("/explore", summary="Queue an exploration", responses=_BODY)
