@@ -254,4 +254,4 @@ def test_a_stop_goes_where_the_environment_says_and_has_a_help(session):
         subprocess.run(command, env=environment, capture_output=True, check=True)
     assert session.stopped.is_set()
     shown = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True)
-    assert "Stop a robot that is running" in shown.stdout and "--url" in shown.stdout
+    assert "Stop a running robot" in shown.stdout and "--url" in shown.stdout
