@@ -30,7 +30,7 @@ FURNITURE := sweethome3d-furniture
 # Node, the driver of the browser in the tests and what checks the page's scripts, links to it.
 NODE_WITH := libatomic1
 TESTED_WITH := espeak-ng $(NODE_WITH)
-LUXURIES := $(FURNITURE)
+OPTIONAL := $(FURNITURE)
 installed = dpkg-query -W -f='$${Status}' $(1) 2>/dev/null | grep -q '^install ok installed'
 
 .PHONY: demo test test-slow test-benchmarks test-long check install develop lock sbom python system clean
@@ -119,16 +119,16 @@ python:
 	$(BIN)/npm ci --loglevel=error --prefix .venv/page
 	@touch $@
 
-# System packages only where they are missing. Some are luxuries: without furniture homes get plain shapes,
+# System packages only where they are missing. Some are optional: without furniture homes get plain shapes,
 # without a browser, what the driver of the browser links to (libatomic1) and a voice, the tests of console
 # and speech are skipped.
-test test-slow test-benchmarks test-long: LUXURIES += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
-check: LUXURIES += $(NODE_WITH)
+test test-slow test-benchmarks test-long: OPTIONAL += $(TESTED_WITH) $(shell command -v chromium >/dev/null || command -v chromium-browser >/dev/null || echo chromium)
+check: OPTIONAL += $(NODE_WITH)
 system:
 	@missing=""; \
 	$(PYTHON) -c 'import ensurepip' 2>/dev/null || \
 	  missing=" $$($(PYTHON) -c 'import sys; print("python%d.%d-venv" % sys.version_info[:2])')"; \
-	for package in $(RENDERING) $(LUXURIES); do $(call installed,$$package) || missing="$$missing $$package"; done; \
+	for package in $(RENDERING) $(OPTIONAL); do $(call installed,$$package) || missing="$$missing $$package"; done; \
 	if [ -z "$$missing" ]; then exit 0; fi; \
 	if ! command -v apt-get >/dev/null; then echo "Not installed here, and no apt-get to do it:$$missing"; exit 0; fi; \
 	echo "Installing system packages:$$missing"; \
@@ -136,7 +136,7 @@ system:
 	$$sudo apt-get update -qq || true; \
 	for package in $$missing; do \
 	  DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -qq --no-install-recommends $$package >/dev/null || { \
-	    case " $(LUXURIES) " in \
+	    case " $(OPTIONAL) " in \
 	      *" $$package "*) echo "$$package cannot be had: what needs it is done without";; \
 	      *) exit 1;; \
 	    esac; }; \

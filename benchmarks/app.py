@@ -58,7 +58,7 @@ Command = TypeVar("Command", bound=Callable[..., None])
 
 RUNS = Path("runs/bench")
 """Results that no folder was named for; those that are published lie in `pages.ROWS`."""
-SCOREBOARD = RUNS / "scoreboard"
+BOARD_ROWS = RUNS / "board"
 """Finished episodes of the robot as it is."""
 QUICK_SHARE = RUNS / QUICK_SHARE_ROWS
 """Finished episodes of quick runs in homes of development, kept apart from those of the board."""
@@ -86,12 +86,12 @@ def before_any_bench(
     context: typer.Context,
     check: Annotated[
         bool,
-        typer.Option("--check", help="Compute what README and pages claim from kept rows."),
+        typer.Option("--check", help="Compare what README and pages claim with the kept rows."),
     ] = False,
     figures: Annotated[
         bool,
         typer.Option(
-            "--figures", help="Draw every table and figure of docs/results from its rows."
+            "--figures", help="Write every table and figure of docs/results from its rows."
         ),
     ] = False,
 ) -> None:
@@ -121,7 +121,10 @@ class ObjectNavOptions:
     board: BoardOptions
     worlds: Annotated[
         str | None,
-        typer.Option("--worlds", help="Homes as for --world: bare ones or files drawn by others."),
+        typer.Option(
+            "--worlds",
+            help="Drive in these homes, as for --world: bare ones, or files drawn by others.",
+        ),
     ] = None
     goals: Annotated[
         int | None,
@@ -129,7 +132,9 @@ class ObjectNavOptions:
     ] = None
     fast: Annotated[
         bool,
-        typer.Option("--fast", help="Compare rules on views made before; for development."),
+        typer.Option(
+            "--fast", help="Compare rules on views that are rendered once; for development."
+        ),
     ] = False
     method: MethodOption = None
     encoder_scale: EncoderScaleOption = None
@@ -205,25 +210,27 @@ def run_absent(options: MapOptions) -> None:
 @_bench(slam.NAME, "--quick")
 def run_slam(
     sequence: Annotated[
-        Path | None, typer.Argument(metavar="[SEQ]", help="A TUM folder; else simulated homes.")
+        Path | None,
+        typer.Argument(metavar="[SEQ]", help="Use this TUM folder; else simulated homes."),
     ] = None,
     seeds: SeedsOption = None,
     hours: Annotated[
         float | None,
         typer.Option(
             "--hours",
-            help="Drive in one home for so long; does the cost stay?",
+            help="Drive this many hours in one home, to see whether a frame costs more.",
             min=0.001,
             max=1000.0,
         ),
     ] = None,
     stride: Annotated[
-        int | None, typer.Option("--stride", help="Use every so many frames.", min=1, max=1000)
+        int | None, typer.Option("--stride", help="Use every n-th frame.", min=1, max=1000)
     ] = None,
     vocabulary: Annotated[
         Path | None,
         typer.Option(
-            "--vocabulary", help="ORBvoc.txt, for ORB-SLAM3 as a peer (pip install pyorbslam3)."
+            "--vocabulary",
+            help="Use this ORBvoc.txt for ORB-SLAM3 as a peer (pip install pyorbslam3).",
         ),
     ] = None,
     intrinsics: IntrinsicsOption = None,
@@ -265,11 +272,13 @@ def run_slam(
 
 @_bench(questions.NAME, "walk --questions questions.toml")
 def run_questions(
-    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="A TUM folder.")],
+    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="Use this TUM folder.")],
     asked: Annotated[
         Path,
         typer.Option(
-            "--questions", metavar="FILE.toml", help="TOML file of things and where they are."
+            "--questions",
+            metavar="FILE.toml",
+            help="Read things, and where they are, from this TOML file.",
         ),
     ],
     clip: ClipOption = None,
@@ -299,7 +308,7 @@ def run_loop(
     quick: QuickOption = False,
     against: Annotated[
         str | None,
-        typer.Option("--against", help="A commit to compare with, run in turns."),
+        typer.Option("--against", help="Compare with this commit, which runs in turns."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -332,7 +341,7 @@ def _run_board(
     folder: Path | None = None,
     goals: int | None = None,
 ) -> None:
-    """Run a benchmark of the scoreboard; the whole scoreboard also writes its page.
+    """Run a benchmark of the board; the whole board also writes its page.
 
     Args:
         options: The options that all of them have.
@@ -348,12 +357,12 @@ def _run_board(
     if options.out is None and homes is not None and min(homes) < FIRST_HOME:
         raise ConfigError(
             f"home {min(homes)} of --seeds is a training home (benchmark homes begin at"
-            f" {FIRST_HOME}) and no part of the scoreboard; give a folder by --out"
+            f" {FIRST_HOME}) and no part of the board; give a folder by --out"
         )
     fingerprint = Fingerprint.taken(config.clip)
     if not fingerprint.clean:
         echo(f"the sources are not those of a commit: results say {fingerprint.commit!r}", err=True)
-    default = folder or (QUICK_SHARE if options.quick else SCOREBOARD)
+    default = folder or (QUICK_SHARE if options.quick else BOARD_ROWS)
     kept = folder_for(options.out, default)
     plan = BenchPlan(config, kept, fingerprint, worlds or homes, options.quick, chosen, goals)
     _print(run(plan), options.as_json)

@@ -16,13 +16,15 @@ from vizbot.core.method import Method
 
 SeedsOption = Annotated[
     str | None,
-    typer.Option("--seeds", help="Homes, for example 1000,1001; else those of the scoreboard."),
+    typer.Option(
+        "--seeds", help="Drive in these homes, for example 1000,1001; else those of the board."
+    ),
 ]
 QuickOption = Annotated[
-    bool, typer.Option("--quick", help="Run a small part, in homes of development: no claim.")
+    bool, typer.Option("--quick", help="Run a small part, in homes of development, for no claim.")
 ]
 RowsOption = Annotated[
-    str | None, typer.Option("--rows", help="Rows to drive, for example default; else all.")
+    str | None, typer.Option("--rows", help="Drive these rows, for example default; else all.")
 ]
 MethodOption = Annotated[
     Method | None, typer.Option("--method", help="Drive the row of this method.")
@@ -31,29 +33,29 @@ EncoderScaleOption = Annotated[
     EncoderScale | None,
     typer.Option(
         "--encoder-scale",
-        help="Drive the row of cosines like CLIP's, with offsets, or of an unknown scale.",
+        help="Drive the row with cosines like CLIP's, with offsets, or of an unknown scale.",
     ),
 ]
 SettingsOption = Annotated[
     Path | None,
     typer.Option(
         "--config",
-        help="TOML file with settings; else the defaults: results depend on no file that a user"
-        " happens to have.",
+        help="Read settings from this TOML file; else the defaults: results depend on no file"
+        " that a user happens to have.",
     ),
 ]
 OutOption = Annotated[
     Path | None,
     typer.Option(
         "--out",
-        help="Folder of the results; else one in runs. Published ones: docs/results/rows.",
+        help="Keep the results in this folder; else in one in runs. Published: docs/results/rows.",
     ),
 ]
 
 
 @dataclass(frozen=True, slots=True)
 class BoardOptions:
-    """Options of every benchmark of the scoreboard."""
+    """Options of every benchmark of the board."""
 
     seeds: SeedsOption = None
     quick: QuickOption = False

@@ -1,4 +1,4 @@
-"""ROS bags, which are told apart from recordings of the SDK and from folders, and not read."""
+"""ROS bags, which are recognised by their name and folder, and refused."""
 
 from __future__ import annotations
 

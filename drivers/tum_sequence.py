@@ -69,8 +69,8 @@ class RecordedSequence(Closeable):
 
     Args:
         folder: The sequence.
-        intrinsics: Used instead of `camera.json`; width and height 0 stand for those of the first
-            image.
+        intrinsics: Intrinsics instead of those in `camera.json`; width and height 0 stand for those
+            of the first image.
         depth_scale: Units of the depth images per metre, with `intrinsics`.
 
     Raises:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from mapping.clip.background.kept_bank import Told
+from mapping.clip.background.kept_bank import OnProgress
 from mapping.clip.background.phrases import PHRASES_ID
 from mapping.clip.background.pictures import PICTURES_ID
 from mapping.clip.mapper import ClipElements
@@ -165,15 +165,15 @@ def require_encoder(bundle: MapBundle, encoder: TextEncoder) -> None:
 
 
 def with_background(
-    bundle: MapBundle, encoder: TextEncoder, told: Told = lambda done, of: None
+    bundle: MapBundle, encoder: TextEncoder, on_progress: OnProgress = lambda done, of: None
 ) -> MapBundle:
-    """The map with what its elements are held against, which is computed where it has none.
+    """The map with its background, which is computed where the map has none.
 
-    `told` hears how many pictures of the bank are embedded, where they are not kept.
+    `on_progress` is called with the number of embedded pictures, where the bank is not kept.
     """
     if bundle.statistics is not None and len(bundle.pictures):
         return bundle
-    background = Background.embedded_by(encoder, told)
+    background = Background.embedded_by(encoder, on_progress)
     statistics = background.statistics(bundle.elements.embeddings)
     return replace(bundle, statistics=statistics, pictures=background.pictures)
 

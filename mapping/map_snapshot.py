@@ -1,4 +1,4 @@
-"""A moment of a growing map: taken by the robot's loop at once, joined to a map beside it."""
+"""A snapshot of a growing map: the robot's loop takes it at once, another thread joins it."""
 
 from __future__ import annotations
 

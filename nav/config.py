@@ -92,7 +92,7 @@ class FollowerConfig(Settings):
 
 
 class Reach(Settings):
-    """When a goal counts as reached."""
+    """Conditions under which a goal counts as reached."""
 
     distance: float = Field(ge=0.05, le=20.0)
     """The goal is reached where the robot's centre is within this distance of it [m]."""
@@ -102,7 +102,7 @@ class Reach(Settings):
 
 
 class NavigatorConfig(Settings):
-    """How the robot drives to its goals."""
+    """Driving to goals."""
 
     costmap: CostmapConfig = CostmapConfig()
     """These settings are the robot's size and its distance from obstacles."""
@@ -122,7 +122,7 @@ class NavigatorConfig(Settings):
 
 
 class FrontierConfig(Settings):
-    """What counts as explored, and which frontier is chosen."""
+    """Exploration, and the choice of a frontier."""
 
     field_of_view: float = Field(default=1.1, ge=0.1, le=3.1)
     """The camera sees this angle horizontally, somewhat less than in truth [rad]."""
@@ -155,7 +155,7 @@ class FrontierConfig(Settings):
 
 
 class RecoveryConfig(Settings):
-    """How the robot recovers, and when it gives up."""
+    """Recovery, and its limits."""
 
     pause: float = Field(default=0.2, ge=0.05, le=5.0)
     """The robot stands still for this time before it backs off [s]."""

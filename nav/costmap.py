@@ -55,7 +55,7 @@ class LiveCostmap:
     """The costmap of a map as it changes, with a frame of unknown cells around the map.
 
     The frame is wide enough for the robot to drive around everything that is known. Each update
-    computes anew what the cells that changed since the last one have an effect on.
+    recomputes only the cells that a change since the last one affects.
     """
 
     def __init__(self, config: CostmapConfig) -> None:
@@ -63,7 +63,7 @@ class LiveCostmap:
         self._latest: Costmap | None = None
 
     def update(self, grid: OccupancyGrid) -> Costmap:
-        """The costmap of `grid`, with the costs of one that is built from nothing."""
+        """The costmap of `grid`, with the same costs as a new one."""
         width = int(np.ceil(2 * self._config.safe_radius / grid.resolution)) + 1
         framed = OccupancyGrid(
             np.pad(grid.occupancy, width, constant_values=np.float32(0.5)),

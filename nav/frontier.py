@@ -212,7 +212,7 @@ class FrontierSearch:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The frontiers that are left: a point (F, 2) on each [m], and what it may show (F,) [m^2].
 
-        Of what a frontier may show, what is within `reach` of it counts [m].
+        What lies within `reach` [m] of a frontier counts as shown by it.
         """
         explored = self.explored.mask_on(grid)
         points_xy, _ = self._worthwhile(grid, explored, costmap)
@@ -225,7 +225,7 @@ class FrontierSearch:
     ) -> None:
         """Set the share of the floor that was seen.
 
-        Of the area behind frontiers as much is taken for floor as of what is known.
+        The area behind frontiers is taken to have the same share of floor as the known area.
 
         `points_xy` (F, 2) in `map` [m] are the frontiers that are left, without those out of reach.
         """
@@ -255,7 +255,7 @@ class FrontierSearch:
                 self.give_up(point_xy)
 
     def reopen(self) -> None:
-        """Take back what was given up: what was in the way may be gone."""
+        """Reopen the frontiers that were given up: what was in the way may be gone."""
         self._given_up_xy = np.zeros((0, 2))
 
     def _are_open(self, points_xy: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -1,9 +1,9 @@
 """Ways from the robot to everywhere: one field that says what it costs to go to any place.
 
 It is Dijkstra's on the planner's graph, so a cost is that of the path that `nav.astar.plan` finds.
-It spreads from the robot as far as it is asked about, and goes on from there where something
-farther is: what is unknown counts as open, so most of a map lies behind what can be asked for (1 ms
-up to 8 m of way on 340 x 340 cells, 5 ms to the last of them).
+It spreads from the robot only as far as the points that are asked for, and goes on for farther
+ones: unknown cells count as open, so most of a map lies beyond them (1 ms up to 8 m of way on 340 x
+340 cells, 5 ms to the last of them).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from vizbot.core.program.kernels import njit
 from vizbot.core.types import OccupancyGrid
 
 _NEAR = 4.0
-"""What is spread up to at first, where nothing that is asked for has been reached [m]."""
+"""Cost up to which the field spreads at first, where no point that is asked for was reached [m]."""
 
 
 class WayField:
@@ -82,8 +82,8 @@ class WayField:
     ) -> float:
         """What the cheapest way costs to where a robot has reached a goal, in metres of free floor.
 
-        A place may be near to a goal and not see it, past a corner: the way to where it does may
-        lead elsewhere.
+        A point may be near a goal without seeing it, past a corner; the way to a point that sees it
+        may lead elsewhere.
 
         Args:
             costmap: That of the last `update`.
@@ -140,7 +140,7 @@ class _Spreading:
         self._bucket = 0
 
     def goes_beyond(self, costs: NDArray[np.float64]) -> bool:
-        """Spread on, where one of these costs may still fall; whether it did."""
+        """Spread on while one of these costs may still fall; return whether it did."""
         dearest = float(costs.max(initial=0.0))
         if self._waiting == 0 or dearest < self._settled:
             return False

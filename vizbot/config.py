@@ -1,4 +1,4 @@
-"""The whole configuration: every part's own settings, composed; TOML in and out."""
+"""The settings of all parts in one model, read from TOML and written as TOML."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _LARGEST = 1024 * 1024
 
 
 class MountConfig(Settings):
-    """Where the camera sits on the robot, real or simulated."""
+    """Pose of the camera on the robot, real or simulated."""
 
     height: float = Field(default=0.60, ge=0.1, le=2.0, json_schema_extra=BASIC)
     """The optical centre is this high above the floor [m]."""
@@ -56,7 +56,7 @@ class MountConfig(Settings):
 
 
 class GyroSettlingConfig(Settings):
-    """How long the robot stands still at first, so that the gyroscope's bias is learned."""
+    """Standstill at the start, to learn the gyroscope's bias."""
 
     seconds: float = Field(default=2.0, ge=0.0, le=600.0)
     """The robot stands still for at least this time before it first moves [s]."""
@@ -65,7 +65,7 @@ class GyroSettlingConfig(Settings):
 
 
 class BeliefSearchConfig(Settings):
-    """When a place is believed, and what is worth going to."""
+    """Thresholds of belief, and the worth of what to do next."""
 
     arrival_probability_early: float = Field(default=0.8, gt=0.0, lt=1.0, json_schema_extra=BASIC)
     """Early in a search for a thing, and in a search for a room until nothing is left to see, the
@@ -83,8 +83,8 @@ class BeliefSearchConfig(Settings):
     aim_change_margin: float = Field(default=0.3, ge=0.0, le=10.0)
     """The robot changes its aim only where another one is better by this share [1]."""
     finding_density: float = Field(default=0.015, ge=1e-6, le=10.0)
-    """A square metre not seen yet is expected to show what is asked for with this chance, in a
-    place like any other [1/m^2]."""
+    """A square metre not seen yet is expected to show what is asked for with this probability,
+    where nothing is known about it [1/m^2]."""
     min_probability_per_metre: float = Field(default=0.005, ge=0.0, le=10.0)
     """A search ends as not found where nothing has more than this probability for each metre of
     way; the limit rises to this from 0 between `late_after_steps` and twice that [1/m]."""
@@ -93,7 +93,7 @@ class BeliefSearchConfig(Settings):
 
 
 class ObjectNavConfig(Settings):
-    """How the robot searches for a thing or a room, and when it gives up."""
+    """Search for a thing or a room, and its limits."""
 
     method: Method = Field(default="belief", json_schema_extra=BASIC)
     """The robot searches by this method: `belief` compares all that can be done next by the
@@ -109,7 +109,7 @@ class ObjectNavConfig(Settings):
     waypoint_reaches: tuple[Reach, ...] = Field(
         default=(Reach(distance=0.25, extent=0.05), Reach(distance=0.8, extent=0.05)), min_length=1
     )
-    """The robot goes this near to a place that it is sent to, by the first entry that it can."""
+    """A robot that is sent to a place drives as near to it as the first entry that it can reach."""
     max_steps: int = Field(default=1000, ge=1, le=1_000_000, json_schema_extra=BASIC)
     """The robot gives up a goal after this number of steps (paper, section IV-C) [1]."""
     max_exploration_steps: int = Field(default=3000, ge=1, le=1_000_000, json_schema_extra=BASIC)
@@ -123,7 +123,7 @@ class ObjectNavConfig(Settings):
 
 
 class DockingConfig(Settings):
-    """How the robot gets onto its dock."""
+    """Driving onto the dock."""
 
     search_distance: float = Field(default=0.8, ge=0.2, le=3.0, json_schema_extra=BASIC)
     """The base begins to look for the contacts by itself at this distance from the dock [m]."""
@@ -132,7 +132,7 @@ class DockingConfig(Settings):
 
 
 class PerceptionConfig(Settings):
-    """How frames are turned into maps."""
+    """Maps made of frames."""
 
     slam: SlamConfig = SlamConfig()
     depth_mapper: DepthMapperConfig = DepthMapperConfig()
@@ -217,7 +217,7 @@ def load_config(path: Path | None, clip: str | None = None, method: Method | Non
             text = f"configuration {path} is nested too deep; settings are two or three tables deep"
             raise ConfigError(text) from error
         except ValueError as error:  # of TOML, of UTF-8, or of a number with thousands of digits
-            raise ConfigError(f"configuration {path} is not TOML: {error}; mend it") from error
+            raise ConfigError(f"configuration {path} is not TOML: {error}; correct it") from error
     try:
         settings, renamed = with_names_of_today(settings)
     except ConfigError as error:

@@ -29,7 +29,7 @@ from vizbot.perception.perception import Perception
 
 
 class CurrentMap:
-    """Holds what lives as long as a map. Another map begins with another one of these.
+    """Holds what lives as long as a map; each map has one of its own.
 
     Attributes:
         number: From 0; counts the maps of this run.
@@ -37,14 +37,14 @@ class CurrentMap:
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that people forbid the robot to
             enter.
         search: The search for a goal that is under way, by the method of the settings.
-        safety: What the robot has touched or lost, and does about it.
-        progress: Whether anything comes of what is done for the present task.
-        places: Where it began and where its dock is.
-        gyro_settling: Whether it still stands to learn the gyroscope's bias.
+        safety: Reactions to what the robot has touched or lost.
+        progress: Guards the progress of the present task.
+        places: Where the robot began and where its dock is.
+        gyro_settling: Whether the robot still stands to learn the gyroscope's bias.
         look_around: Its first turn on the spot.
-        second_try: Lets a task go on that would end in vain because of what was touched.
+        second_try: Lets a task go on that would fail because of what was touched.
         step_motion: What is left of the present step.
-        short_motion: What is left of a turn or a way that somebody named.
+        short_motion: What is left of a turn or a distance that somebody named.
     """
 
     def __init__(self, number: int, saved: MapBundle | None, config: Config) -> None:
@@ -87,7 +87,7 @@ class CurrentMap:
             moving.interrupt()
 
     def close_ahead(self, blind: Sequence[SE3]) -> None:
-        """Take what is unseen right ahead of places for occupied: nothing is seen from there.
+        """Mark unseen cells right ahead of places as occupied: the camera saw nothing from there.
 
         The frontiers there are given up, and the one aimed at where it led there before. Depth that
         shows floor there opens it again.
@@ -102,18 +102,18 @@ class CurrentMap:
             frontiers.give_up(frontier_xy)
 
     def leave_alone(self, now: float) -> None:
-        """Leave out, at `now` [s], the frontiers and places of which nothing came of late."""
+        """Leave out, at `now` [s], the frontiers and places that lately brought no progress."""
         self.exploration.frontiers.barred_xy = self.progress.barred(now, exploring=True)
         self.search.leave_alone(self.progress.barred(now, exploring=False))
 
     def candidate_xy(self, decision: Decision) -> NDArray[np.float64] | None:
-        """The place (2,) in `map` [m] that the search goes up to; None without one."""
+        """The place (2,) in `map` [m] that the search approaches; None without one."""
         if decision.navigation is None or decision.exploring:
             return None
         return self.search.place_of(decision.navigation)
 
     def begin(self, perception: Perception) -> None:
-        """Take the maps that the first frame begins.
+        """Set the maps that the first frame begins.
 
         What a saved map shows counts as explored.
         """

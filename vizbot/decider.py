@@ -18,7 +18,7 @@ from vizbot.perception.depth_loss import DepthLossMonitor
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrackedFrame:
-    """A frame whose place is known, as far as it can be.
+    """A frame with its estimated pose.
 
     Attributes:
         state: What the base reported then; None without a base.
@@ -31,7 +31,7 @@ class TrackedFrame:
 
 
 class Decider:
-    """Decides for one run, on whichever map it is."""
+    """Decides for one run, whichever map the robot is in."""
 
     def __init__(self, devices: Devices, config: Config) -> None:
         self._base, self._clock = devices.base, devices.clock
@@ -43,7 +43,7 @@ class Decider:
     def before_task(
         self, task: Errand, tracked: TrackedFrame, current: CurrentMap
     ) -> Decision | None:
-        """What comes before any task; None where the task may go on. To be asked every frame."""
+        """What comes before any task; None where the task may go on. Call it with every frame."""
         base, state, now = self._base, tracked.state, self._clock.now()
         if state is not None:
             self._blind_motion.observe(state, now, by_hand=task is Task.MAP)
@@ -88,8 +88,8 @@ class Decider:
     ) -> Decision:
         """What to do in this step.
 
-        A goal was observed by the search of the map; `urgent` comes before the task, as of
-        `before_task`.
+        The search of the map has observed the goal; `urgent`, of `before_task`, comes before the
+        task.
         """
         if urgent is not None:
             current.interrupt()
@@ -137,14 +137,14 @@ class Decider:
         current: CurrentMap,
         grid: OccupancyGrid,
     ) -> Decision:
-        """The decision, or another one where nothing comes of such decisions."""
+        """The decision, or another one where decisions like it bring no progress."""
         guard, navigation = current.progress, decision.navigation
         if task is Task.MAP or self._base is None:
             guard.rest()
             return decision
         aim_xy = current.candidate_xy(decision)
         if navigation is not None and aim_xy is None:
-            distant = navigation.goal is None  # what is gone to is where the map ends
+            distant = navigation.goal is None  # the robot drives to where the map ends
             aim_xy = navigation.path[-1] if distant else navigation.goal_xy
         seen, now = current.exploration.seen(grid), self._clock.now()
         return guard.instead_of(decision, task, aim_xy, T_map_base, seen, now)

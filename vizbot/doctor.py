@@ -1,6 +1,6 @@
-"""Checks every device and says what is wrong and how to mend it.
+"""Checks every device and says what is wrong and how to fix it.
 
-Nothing moves. The checks run beside each other, so that one that hangs costs its own answer alone.
+Nothing moves. The checks run beside each other, so that one that hangs delays no other.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ EmbedImages = Callable[[Sequence[NDArray[np.uint8]]], object]
 TIMEOUT = 18.0
 """A check that takes longer has failed [s]."""
 _ENCODER_TIMEOUT = 100.0
-"""The same of an encoder that is being loaded and tried [s]."""
+"""Time after which a check that loads and tries an encoder has failed [s]."""
 _TIMED_WHOLE = 5.0
-"""A frame that takes longer by a single patch is not embedded to be timed [s]."""
+"""Longest time of a frame that is timed as a whole; a slower one is timed by one patch [s]."""
 _FEWEST_FRAMES = 0.9
 """Least share of the frames and samples asked for that a stream must give."""
 _MOST_SPOILT = 0.01
@@ -48,7 +48,7 @@ _MOST_HOLES = 0.5
 _MOST_FILTERING = 0.3
 """Greatest share of the time between two frames that depth filters may take."""
 _SLOWEST_EMBEDDING = 1.0
-"""Embedding the patches of one frame must take less [s]: so late is what the robot finds."""
+"""Longest time to embed the patches of one frame [s]: the robot sees what it finds that late."""
 _FASTER = (
     'name a smaller encoder with --clip, set device = "cuda" and half = true, or list fewer'
     " perception.clip_mapper.scales"
@@ -90,7 +90,7 @@ Check = Callable[[], Iterator[Finding]]
 
 @dataclass(slots=True)
 class _Trial:
-    """How far the encoder's check has come.
+    """The progress of the encoder's check.
 
     Attributes:
         began: When it began to load the encoder [s]; None before.
@@ -134,7 +134,7 @@ def examine(config: Config, clock: Clock, folder: Path, rehearsal: bool = False)
             continue
         try:
             findings += pending.result()
-        except Exception as error:  # of any library or device: the other answers count all the same
+        except Exception as error:  # of any library or device: other findings still count
             text = " ".join(str(error).split()) or type(error).__name__
             findings.append(_failed(subject, text))
     return findings
@@ -176,7 +176,7 @@ def _base(config: Config, clock: Clock) -> Iterator[Finding]:
     firmware = base.firmware or "firmware unknown"
     shifted = ", reports its mode one too high" if base.mode_offset else ""
     mode = state.mode.name.title()
-    yield Finding("base", Grade.GOOD, f"{firmware}, told to start it is in {mode} mode{shifted}")
+    yield Finding("base", Grade.GOOD, f"{firmware}, after Start it is in {mode} mode{shifted}")
     frames = f"{base.rate:.0f} frames/s, {100 * base.spoilt:.1f} % of the bytes spoilt"
     clean = base.spoilt < _MOST_SPOILT
     sound = base.rate > _FEWEST_FRAMES / PERIOD and clean
@@ -277,7 +277,7 @@ def _encoder(config: Config, clock: Clock, trial: _Trial, rehearsal: bool) -> It
 def _of_rehearsals(
     config: Config, clock: Clock, encoder: ClipEncoder, trial: _Trial, rehearsal: bool
 ) -> Finding:
-    """Of the rehearsal encoder, before a real camera; its remedy is timed on this machine."""
+    """The finding for the rehearsal encoder with a real camera; its remedy is timed here."""
     from mapping.clip.encoder import untrained_images
 
     took = _frame_time(untrained_images(config.device, config.half), config, clock, trial)
@@ -294,7 +294,7 @@ def _under_way(trial: _Trial, clock: Clock) -> bool:
 
 
 def _too_slow(config: Config, trial: _Trial, clock: Clock) -> Finding | None:
-    """Of an encoder that has not embedded a patch or two yet; None where none is being loaded."""
+    """The finding for an encoder that has not embedded a patch or two yet; None without one."""
     if trial.began is None:
         return None
     if trial.first_patch is None:
@@ -310,7 +310,7 @@ class _FrameTime:
     """How long an encoder takes for a frame.
 
     Attributes:
-        seconds: For all patches [s].
+        seconds: Time for all patches [s].
         patches: Their number.
         whole: Whether all were embedded; else the time is a single patch's, times their number.
     """

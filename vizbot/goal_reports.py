@@ -1,4 +1,4 @@
-"""How the searches for goals ended, and what each took."""
+"""How the searches for goals ended, and the time and distance of each."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class GoalReports:
 
         The reason ends with how the encoder understood the words, where that needs saying.
 
-        The best place was held against `threshold`; None for that of the search.
+        `threshold` is what the best place was compared with; None takes that of the search.
         """
         search, arrived = current.search, outcome is Outcome.ARRIVED
         report = GoalReport(

@@ -1,4 +1,4 @@
-"""Missions: several goals one after another, and what became of each."""
+"""Missions: several goals one after another, and the outcome of each."""
 
 from __future__ import annotations
 

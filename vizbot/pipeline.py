@@ -45,7 +45,7 @@ class Pipeline:
 
     Attributes:
         config: Settings of all parts.
-        steps: How many were done so far.
+        steps: Number of steps so far.
         map: The map that the robot is in.
     """
 
@@ -80,7 +80,7 @@ class Pipeline:
         self._newest: RGBDFrame | None = None
         self.steps = 0
         self.map = CurrentMap(0, saved_map, config)
-        # Once a run, not once a map, and where the frames are embedded: it takes a while.
+        # Done once a run, not once a map, by the thread that embeds frames: it takes a while.
         parts = parts or PerceptionParts()
         background = parts.background or cache(partial(Background.embedded_by, encoder))
         spreads = ALL_PIXELS if config.objectnav.method == "paper" else NEAR_MEDIAN
@@ -93,8 +93,8 @@ class Pipeline:
     def begin_map(self, saved_map: MapBundle | None) -> None:
         """Leave the present map, and continue a saved one or, with None, begin an empty one.
 
-        A saved map is worked in before the present one is left: whatever is wrong with it leaves
-        the robot where it was.
+        A saved map is worked in before the present one is left: if anything is wrong with it, the
+        robot stays in the present one.
 
         Raises:
             MapError: the saved map cannot be used; nothing has changed.
@@ -134,14 +134,14 @@ class Pipeline:
         return goal_of(self._encoder, text, self.config.objectnav.threshold)
 
     def question(self, goal: Goal) -> Query:
-        """What the beliefs of places are asked for a goal."""
+        """The question by which places are believed to be a goal."""
         return question_of(goal)
 
     def tick(self, task: Errand) -> Step | None:
         """Do one step, for a goal or another task.
 
         Returns:
-            What was done. `ended` says whether the task is over; then the base was stopped first.
+            What was done. `ended` says whether the task is over; the base was then stopped first.
             None at the end of a recording.
 
         Raises:
@@ -156,7 +156,7 @@ class Pipeline:
         return None
 
     def _track(self, reading: SensorReading) -> TrackedFrame:
-        """Work a frame into the poses and the obstacle map."""
+        """Add a frame to the poses and the obstacle map."""
         frame, state = reading.frame, reading.state
         self._newest = frame
         self._first_frames.note(frame)
@@ -211,7 +211,7 @@ class Pipeline:
         scores = None if goal is None else search.observe(goal, perception)
         decision = self._decider.decide(task, tracked, self.map, grid, urgent)
         threshold = 0.0
-        if goal is not None:  # where something more urgent was due, that of the newest step before
+        if goal is not None:  # where something more urgent was due, that of the step before
             decided = decision.threshold
             threshold = search.threshold(goal) if decided is None else decided
         command = self._drive(task, decision, tracked)
@@ -274,13 +274,13 @@ class Pipeline:
         return self._reports.look_up(goal, self.map)
 
     def refute(self, place_xy: NDArray[np.float64] | None = None) -> None:
-        """Take it that a place is not what is searched for, as of `Search.refute`."""
+        """Note that a place is not the goal: see `Search.refute`."""
         self.map.search.refute(place_xy)
 
     def affirm(self, place_xy: NDArray[np.float64]) -> None:
-        """Take it that what is searched for is at a place, as of `Search.affirm`."""
+        """Note that the goal is at a place: see `Search.affirm`."""
         self.map.search.affirm(place_xy)
 
     def candidate(self, place_xy: NDArray[np.float64]) -> Candidate | None:
-        """The place of the present search nearest to a point, as of `Search.candidate`."""
+        """The place of the present search nearest to a point: see `Search.candidate`."""
         return self.map.search.candidate(place_xy)

@@ -72,7 +72,8 @@ class Recorder:
     """An observer that records a run.
 
     It reserves space on the disk at the start, so that the map can be saved when the disk is full.
-    Trajectory and commands grow with each step; `finish` writes them anew, with what they lack.
+    Trajectory and commands grow with each step; `finish` writes them anew, with the lines that they
+    lack.
 
     `trajectory.tum` holds T_map_cam of the frame of every step as it was known when it arrived,
     `commands.csv` the command of every step, also if there was no base: stamp [s], velocity [m/s],
@@ -89,7 +90,7 @@ class Recorder:
         _require_empty(folder)
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            # It has no name: it is gone with the program, however that ends.
+            # The reserved file has no name: it vanishes with the program, however that ends.
             reserve = TemporaryFile(dir=folder)  # noqa: SIM115
             self._release_reserve = weakref.finalize(self, reserve.close)
             os.posix_fallocate(reserve.fileno(), 0, _RESERVE)
@@ -174,13 +175,13 @@ class Recorder:
         )
 
     def keep_verdict_on_way(self, place_xy: NDArray[np.float64], confirmed: bool) -> None:
-        """Record whether people say that what the robot goes up to, (2,) in `map` [m], is it."""
+        """Record whether people say that the candidate at (2,) in `map` [m] is the goal."""
         position = [round(float(value), 3) for value in place_xy]
         self._judged.append({"position": position, "confirmed": confirmed})
 
     @property
     def goals(self) -> list[dict[str, object]]:
-        """What became of each goal, ready for JSON."""
+        """The outcome of each goal, ready for JSON."""
         return [self._goal(report) for report in self._reports]
 
     def _goal(self, report: GoalReport) -> dict[str, object]:

@@ -5,7 +5,7 @@
 | `realsense` | roomba | wall      | the robot                                                   |
 | recording   | `none` | simulated | as fast as the frames can be processed                      |
 
-What of it is simulated is opened in `vizbot.rehearsal`.
+`vizbot.rehearsal` opens simulated devices.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def open_devices(
     except DeviceError as error:
         missing.append(str(error))
     if eye is None or missing:
-        raise DeviceError("; ".join(missing))  # all that is missing, not the first alone
+        raise DeviceError("; ".join(missing))  # name all that is missing, not the first alone
     return Devices(wall, eye, wheels, config.mount.T_base_cam if wheels else None, False)
 
 
@@ -160,7 +160,7 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
     has, which anybody may have written, there is `open_map_encoder`.
 
     Raises:
-        ConfigError: there are no weights for it here, the class keeps no contract, or there is no
+        ConfigError: there are no weights for it here, the class breaks its contract, or there is no
             such device.
     """
     _require_compute_device(device)
@@ -200,7 +200,7 @@ def open_map_encoder(
     `device` and `half` are as for `open_encoder`; `clip` None is the encoder that the map names.
 
     Raises:
-        ConfigError: there are no weights for it here, or the class keeps no contract.
+        ConfigError: there are no weights for it here, or the class breaks its contract.
         MapError: the map names a class and no person does, or another encoder made the map.
     """
     from mapping import map_bundle
@@ -209,7 +209,7 @@ def open_map_encoder(
         map_bundle.require_no_class(bundle)
         clip = bundle.model_id
     require_encoder(clip, device)
-    whole = len(bundle.pictures) == 0  # a map of before: the encoder embeds the bank of pictures
+    whole = len(bundle.pictures) == 0  # the map has no bank: the encoder embeds the pictures
     encoder = open_encoder(clip, device, half) if whole else open_text_encoder(clip, device, half)
     map_bundle.require_encoder(bundle, encoder)
     return encoder

@@ -74,7 +74,7 @@ def _table(rows: Path) -> str:
     lines = [
         ("in simulated homes, with our own encoder", "vizbot (95 % over homes)"),
         ("---", "---"),
-        ("goals reached in eight homes that nobody had read", _navigation(default)),
+        ("goals reached in eight homes that nobody had looked at", _navigation(default)),
         ("the same by the former search",
          _navigation(former) + f"; ours alone reached {pairs.wins}, the former alone"
          f" {pairs.losses} (p = {pairs.p:.2f})"),

@@ -95,12 +95,12 @@ class GoalResult:
         shortest_path: Length of the shortest path from the start to a place that counts as success
             [m]; None when there is none.
         simulated_seconds: Time from the command to the stop [s].
-        outcome: How the robot ended it; None after an error, and in results of before it was kept.
+        outcome: How the robot ended it; None after an error, and in older results.
         said_seen: Share of the floor that the robot then said that it had seen, 0 to 1; None where
-            it did not know, and in results of before it was kept.
+            it did not know, and in older results.
         truly_seen: Share that it had seen; None likewise.
         stuck: Whether it failed and stood still, by `is_stuck` of `benchmarks.episodes.run`; None
-            in results of before it was kept.
+            in older results.
     """
 
     text: str

@@ -1,9 +1,9 @@
 """Encoders as others are: the robot's own one, with other cosines for the same pictures and words.
 
-What decides must not hang on the numbers of one encoder. Here its cosines c become a c + b, so that
+Decisions must not depend on the numbers of one encoder. Here its cosines c become a c + b, so that
 they lie where those of OpenAI's ViT-L/14 do, in the same order; and, as one encoder differs from
 another, each text gets an offset and each pair of picture and text an error, or scale and bias are
-not told.
+not known.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class OtherEncoder:
         model_id: Of the own one, and what was done to it.
         dimension: Length of the embeddings.
         threshold: Scaled as the cosines are.
-        log_odds: Undone: they are those of the own one's cosines; None where they are not told.
+        log_odds: Undone: they are those of the own one's cosines; None where they are not known.
         notice: Of the own one.
     """
 

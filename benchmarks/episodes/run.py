@@ -194,7 +194,7 @@ def _commanded(episode: Episode, world: World) -> Iterator[str]:
     first, *left = episode.goals
     yield first
     for _ in range(episode.choose - 1):
-        # The robot is not told how far a goal is: the truth chooses the question alone.
+        # The robot does not know how far a goal is: the truth only chooses the question.
         far = next((text for text in left if (nearest_path_length(world, text) or 0) > FAR), None)
         if far is None:
             return

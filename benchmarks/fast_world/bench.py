@@ -83,7 +83,7 @@ def run_fast(plan: BenchPlan, scale: EncoderScale | None = None) -> BenchResult:
 
     Args:
         plan: Its homes; without them those to tune in and to report on. Where it is quick, the
-            episodes of the quick share, so that a rule can be held against the whole loop's. Its
+            episodes of the quick share, so that a rule can be compared with the whole loop. Its
             rows; without them all but those without a part of the search.
         scale: Of the encoder's cosines; None for its own.
     """

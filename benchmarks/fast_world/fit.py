@@ -57,7 +57,7 @@ class Omission(StrEnum):
     JOINED_VIEWS = "joined views"
     """How views agree, and what is around a place: its best views are left."""
     OFFSETS_OF_TEXTS = "offsets of texts"
-    """How high the question's own log odds go on the bank of pictures: no text is told apart."""
+    """How high the question's own log odds go on the bank of pictures: all texts count alike."""
 
 
 _OF_VIEWS = {Omission.Z_SCORE: "z-score", Omission.OFFSETS_OF_TEXTS: "upper tail"}

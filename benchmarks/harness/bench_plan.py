@@ -26,7 +26,7 @@ from vizbot.core.errors import ConfigError
 UNATTENDED = Config.model_validate({"roomba": {"resume_safe": True}})
 """Settings of a robot without an operator: it backs off from an edge and goes on by itself."""
 BOARD = tuple(range(1060, 1068))
-"""Homes of the scoreboard, which are driven whole and in which nothing is developed."""
+"""Homes of the board, which are driven whole and in which nothing is developed."""
 QUICK_SHARE = tuple(range(1100, 1108))
 """Homes of development, of which a quick run takes a part."""
 PAPER = "paper"
@@ -44,7 +44,7 @@ ABLATION_ROWS = {part: f"without {part}" for part in ABLATIONS}
 ONLY_ASKED_FOR = (PAPER, *ENCODER_ROWS.values(), SEARCHED, *ABLATION_ROWS.values())
 """Rows that are driven only when they are asked for."""
 QUICK_SHARE_ROWS = "quick_share"
-"""Folder, beside that of the scoreboard, with the finished episodes of quick runs."""
+"""Folder, beside that of the board, with the finished episodes of quick runs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +55,7 @@ class BenchPlan:
         config: Settings of the robot.
         folder: Folder of the finished results.
         fingerprint: The sources, weights and homes that the results depend on.
-        homes: The homes; None for those of the scoreboard or of the quick share.
+        homes: The homes; None for those of the board or of the quick share.
         quick: Whether only a part of the episodes is run, which may be claimed nowhere.
         rows: Names of the variants; None for all of them.
         goals: Number of goals that are driven in each home, the first ones; None for all.
@@ -71,7 +71,7 @@ class BenchPlan:
 
     @property
     def full(self) -> bool:
-        """Whether the plan is the whole scoreboard, whose figures may be claimed."""
+        """Whether the plan is the whole board, whose figures may be claimed."""
         return self.homes is None and not self.quick and self.goals is None
 
     @property

@@ -17,7 +17,7 @@ _Z = 1.959964
 """Half width of the middle 95 % of a normal distribution, in standard deviations."""
 _RESAMPLES = 10_000
 _BINS = 10
-"""Number of bins of probabilities that are held against what came true."""
+"""Number of bins in which probabilities are compared with the truth."""
 _LEAST_PROBABILITY = 1e-6
 """A probability counts as this at least, so that one surely wrong trial is not all."""
 _SIGNIFICANT = 0.05

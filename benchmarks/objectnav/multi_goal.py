@@ -29,7 +29,7 @@ from vizbot.config import Config, with_method
 
 NAME = "multi"
 EPISODES, GOALS = 100, 4
-"""Episodes in all homes of the scoreboard together, and goals in each (paper, section IV-E)."""
+"""Episodes in all homes of the board together, and goals in each (paper, section IV-E)."""
 _QUICK_HOMES = 2
 DEFAULT, OVER_3_M = "default", f"over {FAR:.0f} m"
 
@@ -63,7 +63,7 @@ def variants(config: Config) -> tuple[Variant, ...]:
 
 
 def episodes_in(homes: Sequence[HomeGoals]) -> int:
-    """Number of episodes in these homes, in proportion to those of the scoreboard."""
+    """Number of episodes in these homes, in proportion to those of the board."""
     return EPISODES * len(homes) // len(BOARD)
 
 
@@ -169,7 +169,7 @@ def _later_goals(name: str, results: Sequence[EpisodeResult]) -> str:
     if name == OVER_3_M:
         text += (
             " Each next goal is the first, in an order drawn by home and number, that is over"
-            f" {FAR:.0f} m of way from where the robot truly stands; the robot is not told how far."
+            f" {FAR:.0f} m of way from where the robot truly stands, which it does not know."
         )
     out = sum(not r.success and all(goal.success for goal in r.goals) for r in results)
     return f"{text} {out} episodes ended because no goal was that far." if out else text

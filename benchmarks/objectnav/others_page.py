@@ -21,10 +21,10 @@ from benchmarks.objectnav.single_goal import DEFAULT, NAME
 
 _TEXT = """There is one episode for each of the paper's goals that a home has, that can be seen, and
 that can be started for over 3 m away (`vizbot bench objectnav --worlds FILE,FILE`). The authors of
-these homes, which come with Sweet Home 3D, chose rooms and furniture for other ends. The models of
-furniture lie in the files of the homes: they are not from the catalogue that training and the board
-use. Encoder and belief were learned in homes that our own program makes, and it shows: half of the
-goals are not reached, and most of those end as not found."""
+these homes, which come with Sweet Home 3D, chose rooms and furniture for other purposes. The models
+of furniture lie in the files of the homes: they are not from the catalogue that training and the
+board use. Encoder and belief were learned in homes that our own program makes, and it shows: half
+of the goals are not reached, and most of those end as not found."""
 
 
 def others_page(folder: Path, page: Path) -> str:

@@ -39,13 +39,13 @@ from sim_stubs.scoring.success import IN_COCO
 from vizbot.config import Config
 
 NAME = "retrieval"
-MAPS = Path("runs/scoreboard")
+MAPS = Path("runs/board")
 """Folder of the explored maps, which are too large to be committed."""
 _QUICK_HOMES = 2
 _SHARES = (0.8, 0.9, 1.0, 1.1, 1.2)
 """Compared thresholds, as shares of the default one."""
 _PROBABILITIES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.01)
-"""Bounds of the probabilities that are held against what is right."""
+"""Bounds of the bins in which probabilities are compared with the truth."""
 
 
 def run_retrieval(plan: BenchPlan) -> BenchResult:

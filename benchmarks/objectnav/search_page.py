@@ -62,8 +62,8 @@ _INTRODUCTION = """Rows are `default`, the present search, and `former`, the one
 arrival is an episode in which the robot says that it has arrived and has not. SPL is success
 weighted by path length [%]. Intervals over homes draw whole homes again (cluster bootstrap, fixed
 seed); with so few homes they are rough. The exact paired test (McNemar) decides differences of
-success. Nobody had read these homes before a search drove in them; homes, encoder and furniture
-split are ours."""
+success. Nobody had looked at these homes before a search drove in them; homes, encoder and
+furniture split are ours."""
 _ABSENT = """`elsewhere` are things that other homes have, `nowhere` things that no home has. In
 the row `by searching` the robot drives, and only its own decision that there is none counts."""
 _SURE = re.compile(r"(\d+)% sure")

@@ -1,4 +1,4 @@
-"""A recording is mapped, its map is asked, and the answers are held against marked places."""
+"""A recording is mapped, its map is asked, and the answers are compared with marked places."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An Intel RealSense depth camera with colour (D435i and its kin) as a `Camera`.
+"""An Intel RealSense depth camera with colour (D435i and similar ones) as a `Camera`.
 
 `recovery` decides what to do about a camera without frames, `timestamps` which framesets make a
 frame, and `imu` reads gyroscope and accelerometer beside them.

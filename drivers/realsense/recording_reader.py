@@ -1,6 +1,6 @@
 """Reads a RealSense recording through the same SDK as the camera itself: a program of its own.
 
-Recordings that the SDK does not get on with end this process, in the worst case; `playback` has the
+A recording that crashes the SDK ends this process alone; `playback` has the
 other end of its connection. It sends `(config, path, level of the log)` and then timeouts, and gets
 `(log records, answer)`, where an answer is intrinsics, a frame, None at the end, or an error.
 """
@@ -39,7 +39,7 @@ _OPENING, _INDEXED = 6.0, 1e8
 _READING = 2.0
 """Time beyond that for a frame after which the SDK counts as hanging [s]."""
 _MOST_MEMORY = 1_500_000_000
-"""[bytes]; a camera's recording takes a tenth of it."""
+"""Most memory of the process [bytes]; a camera's recording takes a tenth of it."""
 
 T = TypeVar("T")
 
@@ -107,7 +107,7 @@ class RecordingReader:
     def _wait(self, timeout: float) -> Any:
         """The next frameset; None at the end."""
         for _ in range(max(1, round(timeout / _SLICE))):
-            # Asked before waiting: the last frame may arrive between the two.
+            # Check before waiting: the last frame may arrive in between.
             self._ended |= self._playback.current_status() == rs.playback_status.stopped
             frames = self._streams.wait(_LAST_FRAME if self._ended else _SLICE)
             if frames is not None or self._ended:

@@ -1,4 +1,4 @@
-"""Time stamps of RealSense framesets: which make a frame, and on whose clock they are."""
+"""Time stamps of RealSense framesets: which framesets make a frame, and whose clock they use."""
 
 from __future__ import annotations
 

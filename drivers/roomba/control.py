@@ -1,6 +1,6 @@
 """The control of the base: commands out, byte for byte, for sensor bytes in; no I/O and no clock.
 
-The owner of the port calls `step` with the bytes received, and writes the bytes returned. These
+The owner of the port calls `step` with the bytes received, and writes the bytes returned. The bytes
 hold Drive Direct after every sensor frame, when the wanted speeds change, and when no frame can be
 decoded: a command that lost a byte is repaired 15 ms later, and a base that is no longer heard is
 still commanded to stop. There is no protection against a byte that turns into another opcode on the

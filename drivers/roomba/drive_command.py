@@ -18,7 +18,7 @@ _LIVE = frozenset(Opcode)
 _HARMLESS = tuple(
     speed for speed in range(-500, 501) if _LIVE.isdisjoint(speed.to_bytes(2, "big", signed=True))
 )
-"""Speeds [mm/s] neither of whose bytes is an opcode: 128 to 146, for one, are not among them."""
+"""Speeds [mm/s] neither of whose bytes is an opcode, which leaves out 128 to 146, for example."""
 
 WHEEL_BASE = 0.235
 """Distance of the wheels by the manual [m]."""

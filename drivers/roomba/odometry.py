@@ -14,7 +14,7 @@ from vizbot.core.types import SE3, BaseState
 logger = logging.getLogger(__name__)
 
 _STANDSTILL = 1.0
-"""A caster that stands still so long while the wheels roll straight ahead is told of [s]."""
+"""A warning is logged when the caster stands still this long while the wheels roll ahead [s]."""
 
 
 def counts_between(old: int, new: int) -> int:

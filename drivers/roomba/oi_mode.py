@@ -56,8 +56,8 @@ class _Return:
         brief: Whether the silence left nobody time to carry it.
         charged: Whether it was on a charger before.
         stopped_by_us: Whether it was left in Passive mode by a command of ours.
-        frames: How many have come since.
-        hindered: Whether one of them shows a cliff, a wheel drop or a charger that is new.
+        frames: Number of frames since.
+        hindered: Whether one of these frames shows a new cliff, wheel drop or charger.
     """
 
     last_heard: float
@@ -171,7 +171,7 @@ class OiModeKeeper:
         if self.holds:
             return
         if state.mode is self.goal:
-            if self._requested_at >= self.woken_at:  # else it is a frame from before it was woken
+            if self._requested_at >= self.woken_at:  # else the frame is older than the wake-up
                 self._request_until, self._should_obey = -math.inf, True
             return
         since_request = now - self._requested_at
@@ -265,7 +265,7 @@ class OiModeKeeper:
         return self._repeated(AT_ONCE, now)
 
     def _repeated(self, every: float, now: float) -> bytes:
-        """The request for the mode, no oftener than `every` [s]."""
+        """The request for the mode, at most once in `every` [s]."""
         if now - self._requested_at < every - 1e-9:
             return b""
         # Songs come before the request: a song that lost a byte swallows what follows.

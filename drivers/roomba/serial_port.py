@@ -139,7 +139,7 @@ class SerialAddress:
 def _ports(wanted: str) -> list[ListPortInfo]:
     try:
         return list(list_ports.comports())
-    except Exception as error:  # a device that vanishes while it is listed raises all sorts
+    except Exception as error:  # a device that vanishes while it is listed raises many errors
         raise DeviceError(f"{wanted}: {error}; plug it in again") from error
 
 

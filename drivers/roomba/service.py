@@ -23,7 +23,7 @@ turn on until it is back."""
 
 
 _NOISE = 2000
-"""Bytes without a sensor frame that are none of one that starts: half a second's at 115200 baud."""
+"""Number of bytes without a sensor frame that counts as noise: half a second's at 115200 baud."""
 NO_FRAMES = (
     "bytes come and make no sensor frame: the base speaks at another baud rate (19200 where Clean"
     " was held for ten seconds while it went off; take its battery out and put it back), or"
@@ -128,10 +128,10 @@ class RoombaService:
         config: RoombaConfig,
         last: Checkpoint | None = None,
     ) -> None:
-        """Open the port; the base is woken up in the first step.
+        """Open the port; the first step wakes the base up.
 
-        `last` is of a service that ended without an end of its own, after which the wheels were
-        stopped; then the port is opened in the first step, as after a loss.
+        `last` is the checkpoint of a service that was killed, after which the wheels were stopped;
+        then the port is opened in the first step, as after a loss.
 
         Raises:
             DeviceError: it cannot be opened.
@@ -189,7 +189,7 @@ class RoombaService:
             return self._port is not None
         try:
             received = self._port.read(max(1, self._port.in_waiting))
-        except Exception as error:  # a port that is gone raises all sorts of things
+        except Exception as error:  # a port that is gone raises errors of many kinds
             self._lose(self._port, _gone(error))
             return True
         sent = self._control.step(received, self._now())
@@ -254,7 +254,7 @@ class RoombaService:
             return
         try:
             self._port = self._open_port()
-        except Exception as error:  # a plug that is loose raises all sorts of things
+        except Exception as error:  # a loose plug raises errors of many kinds
             self._backoff = min(2 * self._backoff, _LAST_RETRY)
             self._retry_at = now + self._backoff
             if now - self._lost_at >= self._config.reconnect_timeout:

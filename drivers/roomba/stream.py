@@ -39,7 +39,7 @@ class _FrameLayout:
     """Layout of the frames with the same ids.
 
     Attributes:
-        packets: Whose data they hold, in order.
+        packets: The packets whose data the frames hold, in order.
         data: All data of a frame; other bytes are padding.
         places: Position of every id in a frame.
         ids: Every id.
@@ -152,7 +152,7 @@ _FRAMES = 5
 
 
 class OddValues:
-    """Learns which packets of a base have values of their own, and replaces those values."""
+    """Learns which packets of a base have values outside the manual, and replaces those values."""
 
     def __init__(self, name: str) -> None:
         """`name` of the port, for messages."""

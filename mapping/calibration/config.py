@@ -19,7 +19,7 @@ class ResidualsConfig(Settings):
     floor: float = Field(default=0.0, ge=0.0, le=1.6)
     """The floor's normal and the axis of the turn differed by this angle [rad]."""
     height: float = Field(default=0.0, ge=0.0, le=1.0)
-    """The camera's height spread by this [m]."""
+    """The estimates of the camera's height spread by this [m]."""
     wheel_base: float = Field(default=0.0, ge=0.0, le=1.0)
     """The turns to the left and to the right differed by twice this, as a fraction [1]."""
     wheel_scale: float = Field(default=0.0, ge=0.0, le=1.0)
@@ -31,7 +31,7 @@ class ResidualsConfig(Settings):
 
 
 class CalibrationConfig(Settings):
-    """When wheels and mount were calibrated, and how well."""
+    """Date and quality of the calibration of wheels and mount."""
 
     date: str = ""
     """The robot was calibrated on this date; it is empty until `vizbot calibrate` sets it."""

@@ -10,7 +10,7 @@ from vizbot.core.settings import BASIC, Settings
 
 
 class ClipMapperConfig(Settings):
-    """How a frame is split into patches."""
+    """Patches of a frame."""
 
     patch_size: int = Field(default=224, ge=8, le=4096, json_schema_extra=BASIC)
     """A patch at scale 0 (the paper's S) is this wide, whatever the encoder's input size [px]."""

@@ -35,7 +35,7 @@ from vizbot.core.errors import ConfigError, DeviceError
 log = logging.getLogger(__name__)
 
 _LARGEST_LOG_SCALE = 10.0
-"""CLIP's own ends at 4.6, that of a hundred."""
+"""Largest logarithm of a scale; CLIP's own ends at 4.6, that of a hundred."""
 
 
 class TextEncoder(Protocol):
@@ -203,7 +203,7 @@ class TransformersClip:
         return Reading(text)
 
     def weights_hash(self) -> str:
-        """Names what embeds pictures: the weights in their precision, and the input format.
+        """Hash of the weights in their precision, and of the input format.
 
         It is the same for one set of weights in files of any kind. It takes about a second for each
         GB of weights.
@@ -227,7 +227,7 @@ def load_clip(name: str, device: str = "auto", half: bool = False) -> Transforme
 
     Raises:
         ConfigError: the weights are missing, damaged, not those of a CLIP model, or too large for
-            the memory; what they compute tells nothing apart; or there is no such device.
+            the memory; what they compute distinguishes nothing; or there is no such device.
     """
     chosen = compute_device(device)
     checkpoint = find_checkpoint(name)
@@ -264,9 +264,9 @@ def _model_of(checkpoint: ClipCheckpoint, dtype: torch.dtype) -> CLIPModel:
             state_dict=tensors,
             dtype=dtype,
             output_loading_info=True,
-            ignore_mismatched_sizes=True,  # they are told below, by name
+            ignore_mismatched_sizes=True,  # they are reported below, by name
         )
-    except Exception as error:  # whatever the library meets in settings that it does not know
+    except Exception as error:  # the library raises anything for settings that it does not know
         if lacks_memory(error):
             raise checkpoint.refused("does not fit into this computer's memory") from error
         fault = f"is none that transformers {transformers_version} can build"
@@ -308,7 +308,7 @@ def _shape(size: Sequence[int]) -> str:
 
 
 def untrained_images(device: str, half: bool) -> Callable[[Sequence[NDArray[np.uint8]]], None]:
-    """What embeds pictures by ViT-B/32 without weights: in the time that it takes with them.
+    """An image encoder like ViT-B/32 with random weights, which takes as long as with real ones.
 
     Raises:
         ConfigError: there is no such device.

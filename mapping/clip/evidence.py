@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 NEAR = 2.5
 """Views from within this distance on the plan count as near [m]."""
 FARTHEST = 6.0
-"""Beyond this distance views are taken for views from here [m]."""
+"""A view from farther away counts as one from this distance [m]."""
 PRIOR = 0.05
-"""Share of places that show what is asked for in the fit: evidence is measured from here."""
+"""Share of places in the fit that show what is asked for: evidence is relative to it."""
 LEAST, MOST = -2.5, 6.0
 """Bounds of the evidence of one view [log odds]."""
 LOG_ODDS, STANDARD = (-10.0, 5.0), (-1.0, 9.0)
-"""Bounds of both scores: what lies beyond was hardly ever seen in the fit, and says no more."""
+"""Bounds of both scores: values beyond were hardly ever seen in the fit, and say no more."""
 TAILS = -2.0, 2.0
-"""Bounds of a question's upper tail likewise [log odds]."""
+"""Bounds of a question's upper tail, for the same reason [log odds]."""
 _OF_PATCHES = (
     "finest patch", "middle patch", "coarsest patch", "better of finest and middle",
     "best of the three", "finest by middle", "middle by coarsest",
@@ -51,7 +51,7 @@ def features(
     shares: NDArray[np.float32],
     tail: float,
 ) -> NDArray[np.float32]:
-    """What the weights count of each view of a place: (R, 20) float32.
+    """The features of each view of a place: (R, 20) float32.
 
     Args:
         scores: (N, 2) of the elements, as of `Query.scores`.

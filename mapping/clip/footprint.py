@@ -1,9 +1,9 @@
 """Footprints: which places of the plan a frame's patches show, by the depth of their pixels.
 
 A patch that shows a chair before a wall has a mean point between the two, where nothing is. Its
-pixels say better what it tells about: each row of a footprint is a place of the plan, with the
-patch of the finest scale that shows most of it, and the coarser ones around that. Of more than
-three scales the coarsest three count.
+pixels say better what it shows: each row of a footprint is a place of the plan, with the patch of
+the finest scale that shows most of it, and the coarser ones around that. Of more than three scales
+the coarsest three count.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from vizbot.core.types import SE3, Intrinsics
 PLACE = 0.25
 """Edge of a place, a cell of the plan [m]."""
 _STRIDE = 4
-"""Every so many pixels of every so many rows are looked at."""
+"""Every n-th pixel of every n-th row is used, and this is n."""
 _LEAST_SHARE = 0.08
-"""A place that takes a smaller share of its patch is left out."""
+"""Least share of its patch that a place must take."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

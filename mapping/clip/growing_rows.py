@@ -1,7 +1,8 @@
-"""An array that grows by rows, and moves none of those that are there.
+"""An array that grows by rows without moving the rows that it has.
 
-Doubling an array copies it, for which a robot with a large map would stand still. So an array has
-addresses for far more rows than it holds. The system gives memory to those that were written to.
+Doubling an array copies it, and a robot with a large map would stand still meanwhile. So an array
+has addresses for far more rows than it holds. The system gives memory to those that were written
+to.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ Number = TypeVar("Number", bound=np.generic)
 log = logging.getLogger(__name__)
 
 ROOM = 1 << 22
-"""Rows that have addresses, four times those of the largest map that is measured. What grows beyond
-them is copied."""
+"""Number of rows that have addresses, four times those of the largest measured map. An array that
+grows beyond them is copied."""
 _NO_RESERVE = 0x4000
 """`MAP_NORESERVE` of mmap(2), which Python does not name: addresses count as no memory."""
 _STRICT = "2"

@@ -1,4 +1,4 @@
-"""The places of a map that most probably show what is asked for, and what shows each of them."""
+"""The places of a map that most probably are what is asked for, and the elements that show them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class LikelyPlace:
 
     Attributes:
         position: (3,) of what a view shows there, in `map` [m].
-        probability: That it is what is asked for.
+        probability: Probability that it is what is asked for.
         element: Row of the map's element that shows it best.
     """
 
@@ -45,7 +45,7 @@ def belief_of_map(
     pictures: NDArray[np.float32],
     question: Query,
 ) -> PlaceBelief:
-    """What is believed of the places of a whole map.
+    """The belief about the places of a whole map.
 
     Args:
         views: The views of places.

@@ -1,7 +1,7 @@
 """An encoder of one's own: a class by the Protocol `ClipEncoder`, named `MODULE:CLASS`.
 
-It is held against the contract before it is used, so that what it gets wrong is told by name and
-not by a map that finds nothing.
+It is checked against the contract before it is used, so that an error says which method is wrong,
+instead of a map that finds nothing.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NAME = re.compile(r"[A-Za-z_][\w.]*:[A-Za-z_]\w*")
 _TEXTS = ("a chair", "a kitchen", "something red")
 _SIZES = ((480, 640), (96, 128), (50, 31))
 _PLAIN = ((200, 30, 30), (40, 150, 60), (40, 70, 190))
-"""Colours of pictures that no encoder of pictures takes for one another."""
+"""Colours of pictures that every encoder of pictures distinguishes."""
 _SAME = 0.999
 """Least cosine between two embeddings of one picture, alone and in a batch."""
 _UNIT = 1e-3
@@ -67,7 +67,7 @@ def open_class(name: str) -> ClipEncoder:
     module, _, kind = name.partition(":")
     try:
         encoder = getattr(importlib.import_module(module), kind)()
-    except Exception as error:  # whatever that code runs into
+    except Exception as error:  # any error of that code
         reason = " ".join(f"{type(error).__name__}: {error}".split())
         raise ConfigError(f"--clip {name} cannot be made: {reason}") from error
     if fault := broken_promise(encoder):
@@ -77,14 +77,14 @@ def open_class(name: str) -> ClipEncoder:
 
 
 def broken_promise(encoder: object) -> str | None:
-    """What an encoder gets wrong of the Protocol `ClipEncoder`, in one line; None for nothing.
+    """How an encoder breaks the Protocol `ClipEncoder`, in one line; None where it keeps it.
 
     It is tried on a few texts and pictures.
     """
     for place, check in _CHECKS.items():
         try:
             fault = check(encoder)
-        except Exception as error:  # whatever that code runs into
+        except Exception as error:  # any error of that code
             fault = " ".join(f"{place}: {type(error).__name__}: {error}".split())
         if fault:
             return fault

@@ -25,11 +25,11 @@ NEAR_MEDIAN = 3.0
 ALL_PIXELS = np.inf
 """The same for the paper's mean of all pixels."""
 _DEPTH_STEP = 0.01
-"""Within which medians are found [m]."""
+"""Step within which medians of depth are found [m]."""
 _SIGMA_OF_MAD = 1.4826
 """Standard deviation of a normal distribution, in median absolute deviations."""
 _LEAST_SPREAD = 0.02
-"""A stereo camera's noise, of depth: what is within it is near on a plain wall, too."""
+"""Least spread, as a fraction of depth: the noise of a stereo camera on a plain wall."""
 
 
 @lru_cache(maxsize=16)

@@ -57,7 +57,7 @@ class PlacedRows:
     Attributes:
         places: (R, 2) column, row of the place of each row, counted from the origin of the map.
         cameras_xy: (R, 2) float32, where the camera stood, in `map` [m].
-        moved: How often rows have come to lie in other places, because keyframes moved.
+        moved: How often rows have moved to other places because keyframes moved.
     """
 
     places: NDArray[np.int64]
@@ -71,7 +71,7 @@ class PlaceMap:
     def __init__(self, saved: PlaceRows | None = None) -> None:
         """Start empty, or with the views of a saved map.
 
-        Of those the camera is taken to have stood where that of the keyframe did.
+        For its views the camera is taken to have stood where that of the keyframe did.
         """
         self._moved = 0
         first = _no_rows() if saved is None else saved
@@ -104,7 +104,7 @@ class PlaceMap:
         footprint: Footprint,
         first_element: int,
     ) -> None:
-        """Add the places that a frame shows; one that shows none was no view.
+        """Add the places that a frame shows; a frame that shows none does not count as a view.
 
         `T_keyframe_cam` is the frame's camera in that of `keyframe`, `T_map_cam` where it is now;
         `first_element` is the row of the frame's first element in the CLIP map.

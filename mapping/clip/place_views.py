@@ -1,4 +1,4 @@
-"""What all views of a place said, in a few numbers, and the log odds that follow from them.
+"""A summary of all views of a place in a few numbers, from which its log odds follow.
 
 Views of one place are no independent witnesses: a hundred pictures of a wrong thing are wrong a
 hundred times. So the evidence is not added up; a fitted rule joins means, best views and counts, of
@@ -15,7 +15,7 @@ from mapping.clip.evidence import NEAR
 from vizbot.core.program.kernels import njit
 
 FIELDS = 14
-"""Numbers that are kept of a place."""
+"""Number of values that are kept of a place."""
 (
     _NEAR_SUM, _NEAR_COUNT, _BEST, _SECOND, _THIRD, _SPOTS, _LAST_SPOT,
     _FAR_SUM, _FAR_COUNT, _FAR_BEST, _LIKENESS, _VIEWS, _FROM_X, _FROM_Y,
@@ -32,7 +32,7 @@ NAMES = (
 )  # fmt: skip
 """Names of the features, in their order."""
 _NONE = -99.0
-"""Stands for a view that does not exist."""
+"""Value that stands for a view that does not exist."""
 NEIGHBOURS, SURROUNDINGS = 3, 9
 """Edges of the squares of places that count as neighbours, and as surroundings [places]."""
 
@@ -100,7 +100,7 @@ class PlaceViews:
         return np.asarray(self._places[..., _LIKENESS] / np.maximum(self._places[..., _VIEWS], 1.0))
 
     def features(self, room: bool) -> NDArray[np.float32]:
-        """What the rule counts of every place (rows, cols, 20); many more places show a `room`."""
+        """The features of every place (rows, cols, 20); a `room` is shown by many more places."""
         p = self._places
         near, far = (p[..., i] > 0 for i in (_NEAR_COUNT, _FAR_COUNT))
         is_near, is_far = near.astype(np.float32), far.astype(np.float32)
@@ -140,7 +140,7 @@ class PlaceViews:
 
 
 def _blank(shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Places that nothing was seen of."""
+    """Values of places that were not seen."""
     places = np.zeros((*shape, FIELDS), np.float32)
     places[..., _BEST : _THIRD + 1] = _NONE
     places[..., [_FAR_BEST, _LAST_SPOT]] = _NONE
@@ -173,7 +173,7 @@ def _fold(
     spots: NDArray[np.int64],
     cameras_xy: NDArray[np.float32],
 ) -> None:
-    """Fold views into what is kept of their places."""
+    """Add views to the values that are kept of their places."""
     for i in range(len(places)):
         place = kept[places[i, 1], places[i, 0]]
         odds = evidence[i]

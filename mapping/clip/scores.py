@@ -3,11 +3,11 @@
 Encoders differ in the cosines that they give to what matches and to what does not. Two numbers do
 not: the cosine in the encoder's own log odds, and how far it lies above what the element has with a
 list of background phrases, in standard deviations. Of those phrases the tenth that is most similar
-to the element is left out: it names what the patch shows, perhaps in the question's own meaning
-("couch" for "sofa") or beside it, which says nothing against it. So the background is of the
-element alone and is known before anything is asked. What shares a patch costs the question hardly
-more than its cosine loses: a table before the lower half of a window about a tenth more.
-Of a question a third number says how high its log odds go on a bank of pictures.
+to the element is left out: it names what the patch shows, perhaps with the meaning of the question
+("couch" for "sofa"), which says nothing against the question. So the background depends on the
+element alone and is known before any question. Another thing in the patch lowers the score hardly
+more than the cosine: a table before the lower half of a window about a tenth more. A third number
+says how high the question's log odds go on a bank of pictures.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.background.kept_bank import KnownWeights, Told, kept_bank
+from mapping.clip.background.kept_bank import KnownWeights, OnProgress, kept_bank
 from mapping.clip.background.phrases import PHRASES
 from mapping.clip.background.pictures import bank
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # its module loads torch
 LEFT_OUT = 0.1
 """Share of the phrases, those most similar to an element, that say nothing about it."""
 LEAST_SPREAD = np.float32(1e-3)
-"""Least standard deviation: what is above the background is divided by it."""
+"""Least standard deviation, by which the distance above the background is divided."""
 ABOVE_TO_LOG_ODDS = 1.86, -8.4
 """Slope and offset that make log odds of standard deviations above the background, as they are of
 the embedded encoder's patches in training home 916."""
@@ -37,9 +37,9 @@ TAIL, USUAL_TAIL = 0.99, 0.1
 """Quantile over the bank that is the upper tail of a question, and what stands in where an encoder
 has not embedded the bank: the mean over the paper's goals [log odds]."""
 NO_STATISTICS = np.zeros((0, 2), np.float32)
-"""What `Background.statistics` returns of no elements."""
+"""Value of `Background.statistics` for no elements."""
 NO_PICTURES = np.zeros((0, 1), np.float32)
-"""Stands for embeddings of the bank that are not known."""
+"""Value that stands for unknown embeddings of the bank."""
 _AT_ONCE = 16_384
 """Elements whose similarities to all phrases are in memory at a time."""
 _PICTURES_AT_ONCE = 32
@@ -59,15 +59,17 @@ class Background:
     pictures: NDArray[np.float32] = field(default_factory=lambda: NO_PICTURES)
 
     @classmethod
-    def embedded_by(cls, encoder: TextEncoder, told: Told = lambda done, of: None) -> Self:
+    def embedded_by(
+        cls, encoder: TextEncoder, on_progress: OnProgress = lambda done, of: None
+    ) -> Self:
         """Phrases and bank in the space of an encoder.
 
         Args:
-            encoder: Of whose weights the name is known, the bank is kept for the next run.
-            told: Hears how much of a bank has been embedded that is not kept yet.
+            encoder: If the hash of its weights is known, the bank is kept for the next run.
+            on_progress: Called while a bank is embedded that is not kept yet.
         """
         if isinstance(encoder, KnownWeights):
-            pictures = kept_bank(encoder, told)
+            pictures = kept_bank(encoder, on_progress)
         else:
             pictures = _pictures_by(encoder)
         return cls(encoder.embed_texts(PHRASES), pictures)

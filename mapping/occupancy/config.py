@@ -29,7 +29,8 @@ class ScanConfig(Settings):
     edge_step: float = Field(default=0.05, ge=0.001, le=1.0)
     """A pixel is a flying pixel where depth to a neighbour steps by more than this fraction [1]."""
     min_points: int = Field(default=3, ge=1, le=1000)
-    """An obstacle has at least so many pixels in a polar cell, and a drop in four cells [1]."""
+    """An obstacle has at least this number of pixels in a polar cell, and a drop in four cells
+    [1]."""
     drop_depth: float = Field(default=0.08, ge=0.01, le=1.0)
     """Points deeper below the floor than this are seen through a hole in it, as down stairs [m]."""
     drop_range: float = Field(default=2.0, ge=0.0, le=20.0)

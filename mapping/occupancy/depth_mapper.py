@@ -22,7 +22,8 @@ from vizbot.core.geometry import invert, planar, transform, yaw_of
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid
 
 _INFERRED_SIGHTINGS = 2
-"""So many near views of an obstacle make its cell occupied: an inferred one counts as much."""
+"""Number of near views of an obstacle that make its cell occupied; an inferred one counts as
+much."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -142,7 +143,7 @@ class DepthMapper:
             self._contacts.append(_Contact(*self._anchor(p_map), touched))
 
     def infer_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
-        """Take obstacles to be at `points` (N, 2) x, y in `base` [m], though nothing shows them.
+        """Mark obstacles at `points` (N, 2) x, y in `base` [m], though no sensor shows them.
 
         Depth that shows floor there clears them, as it clears an obstacle that it has seen.
         """
@@ -158,9 +159,9 @@ class DepthMapper:
         self._paint(item)
 
     def forget_touched(self) -> bool:
-        """Forget what the bumper touched since the start; whether there was anything.
+        """Forget what the bumper touched since the start; return whether there was anything.
 
-        Contacts of a saved map stay: it does not tell them from edges.
+        Contacts of a saved map stay, since it does not distinguish them from edges.
         """
         before = len(self._contacts)
         self._contacts = [contact for contact in self._contacts if not contact.touched]
@@ -185,7 +186,7 @@ class DepthMapper:
         self._paint_footprint(footprint)
 
     def follow(self, keyframe_poses: dict[int, SE3]) -> bool:
-        """Move with the pose graph; whether the grid is to be painted again, as keyframes moved.
+        """Move with the pose graph; return whether keyframes moved, which repaints the grid.
 
         Args:
             keyframe_poses: T_map_keyframe of the keyframes' cameras by id; other keyframes stay

@@ -114,7 +114,8 @@ class GyroFaultsConfig(Settings):
     averaging_time: float = Field(default=1.0, ge=0.05, le=60.0)
     """Rates are averaged over this time, since wheels jitter from frame to frame [s]."""
     averages: int = Field(default=5, ge=1, le=1000)
-    """The gyroscope is ruled out where so many averages in a row differ from the wheels [1]."""
+    """The gyroscope is ruled out where this number of averages in a row differ from the wheels
+    [1]."""
     gate: float = Field(default=0.03, ge=1e-4, le=3.0)
     """Gyroscope and wheels differ where their rates differ by more than this [rad/s]."""
     gate_growth: float = Field(default=0.1, ge=0.0, le=10.0)
@@ -133,7 +134,7 @@ class GyroVoteConfig(Settings):
     gate: float = Field(default=0.02, ge=1e-4, le=3.0)
     """The gyroscope is ruled out where its rate differs by more than this from images [rad/s]."""
     sigmas: float = Field(default=4.0, ge=0.1, le=100.0)
-    """The gyroscope is ruled out where it differs from images by so many of their sigmas [1]."""
+    """The gyroscope is ruled out where it differs from images by this many of their sigmas [1]."""
     max_wheel_share: float = Field(default=0.5, ge=0.01, le=10.0)
     """Wheels that vote against the gyroscope differ from images by at most this share of it [1]."""
 
@@ -172,10 +173,11 @@ class DeadReckoningConfig(Settings):
     noise_density: float = Field(default=2.5e-4, ge=1e-7, le=0.1)
     """The rate has this white noise (BMI055 data sheet: 0.014 degrees/s) [rad/s/sqrt(Hz)]."""
     gyro: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.01, per_metre=0.0, wander=2e-5)
-    """The gyroscope errs by these in its sensitivity (BMI055 data sheet: 1 %), and in its bias,
-    which drifts by some 1e-3 rad/s in the first hour as it warms up."""
+    """These settings are the errors of the gyroscope in its sensitivity (BMI055 data sheet: 1 %),
+    and in its bias, which drifts by some 1e-3 rad/s in the first hour as it warms up."""
     wheels: TurnCalibrationConfig = TurnCalibrationConfig(per_radian=0.05, per_metre=0.03)
-    """The wheels err by these in turns, for their distance and their difference in size."""
+    """These settings are the errors of turns by wheels: of their distance, and difference in
+    size."""
     wheel_noise: float = Field(default=0.01, ge=1e-5, le=1.0)
     """A turn by wheels between keyframes keeps this standard deviation [rad]."""
     gyro_faults: GyroFaultsConfig = GyroFaultsConfig()

@@ -11,7 +11,7 @@ class DepthConsistencyConfig(Settings):
     """How many corners decide for or against a pose."""
 
     min_corners: int = Field(default=20, ge=1, le=10000)
-    """At least so many corners above the floor must agree, or differ, to decide about a pose
+    """At least this number of corners above the floor must agree, or differ, to decide about a pose
     [1]."""
     min_share: float = Field(default=0.5, ge=0.01, le=1.0)
     """At least this share of the corners above the floor must agree, or differ, to decide [1]."""
@@ -52,11 +52,11 @@ class ScanMatchConfig(Settings):
     different_angle: float = Field(default=0.45, ge=0.01, le=3.2)
     """Two poses count as different from this angle on [rad]."""
     min_cells: int = Field(default=20, ge=1, le=100000)
-    """A pose is judged where at least so many obstacle cells lie on known cells of the map [1]."""
+    """A pose is judged where at least this number of obstacle cells lie on known cells [1]."""
 
 
 class LocalMapConfig(Settings):
-    """When obstacles relocalise the robot."""
+    """Relocalisation by obstacles."""
 
     match: ScanMatchConfig = ScanMatchConfig()
     """These settings say how obstacles are compared."""
@@ -70,7 +70,7 @@ class LocalMapConfig(Settings):
     """The agreement of any other pose is at most this share of the best one's, unless images
     confirm that [1]."""
     repeats: int = Field(default=3, ge=1, le=1000)
-    """A pose must be the best so many times in a row for `max_repeated_rival` to hold [1]."""
+    """A pose must be the best this often in a row for `max_repeated_rival` to hold [1]."""
     max_repeated_rival: float = Field(default=0.85, ge=0.01, le=1.0)
     """The agreement of any other pose is at most this share of that of one which was the best
     `repeats` times, since along a wall a step aside fits nearly as well [1]."""

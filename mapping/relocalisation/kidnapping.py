@@ -62,8 +62,8 @@ class Kidnapping:
             last: Corners of the frame before.
             steady: Number of corners that match between the two frames. A blurred frame is no
                 evidence, and without a break between them the robot was not carried.
-            keyframes: The map, of which the frame should show a part. What it shows at another
-                pose, which wheels or gyroscope reject, is no evidence.
+            keyframes: The map, of which the frame should show a part. If the frame shows it at
+                another pose, which wheels or gyroscope reject, that is no evidence.
         """
         features, depth, motion = frame.features, frame.image.depth, frame.T_last_cam
         if steady == 0:

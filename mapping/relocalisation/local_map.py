@@ -1,6 +1,6 @@
 """The obstacles around a lost robot, matched to the obstacle map.
 
-A robot that turns on the spot sees most of a room. Obstacles tell rooms apart where images cannot:
+A robot that turns on the spot sees most of a room. Obstacles distinguish rooms where images cannot:
 from viewpoints that are new, or where furniture comes in pairs.
 """
 

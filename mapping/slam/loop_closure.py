@@ -71,7 +71,7 @@ class LoopClosure:
         return self._close_over(spans, frame) if spans else None
 
     def _close_over(self, spans: Sequence[WheelOnlySpan], frame: Frame) -> KeyframeMatch | None:
-        # What was mapped after the newest stretch tells nothing about any.
+        # Keyframes after the newest stretch say nothing about any stretch.
         for match in self._relocaliser.sure_matches(frame.features, before=spans[-1].first):
             T_old_cam = self._map.poses[match.keyframe] @ match.pose.T_keyframe_cam
             T_map_cam = self._in_map(frame)

@@ -44,7 +44,7 @@ from vizbot.core.types import (
 _log = logging.getLogger(__name__)
 
 _ITSELF = RelativePose(np.eye(4), np.zeros((6, 6)), sys.maxsize, 1.0)
-"""A keyframe in itself."""
+"""Pose of a keyframe in its own camera."""
 
 
 class Slam:
@@ -145,7 +145,7 @@ class Slam:
         return self._estimate(lost, stamp, False)
 
     def _see(self, image: RGBDFrame, T_odom_base: SE3 | None) -> Frame:
-        """What the newest frame shows, and where it is expected by the one before."""
+        """The features of the newest frame, and its pose as expected from the frame before."""
         last, now = self._last, None
         if T_odom_base is not None:
             now = self._dead_reckoning.update(image, T_odom_base)
@@ -168,7 +168,7 @@ class Slam:
         )
 
     def _locate(self, frame: Frame) -> Frame:
-        """Find a frame in a keyframe, and judge what its pose rests on."""
+        """Find the pose of a frame in a keyframe, and judge what it rests on."""
         config, before = self._config, frame.tracking
         if before is Tracking.LOST:
             found, now = self._relocalise(frame), Tracking.RELOCALISED
@@ -191,7 +191,7 @@ class Slam:
         return replace(frame, tracking=now)
 
     def _relocalise(self, frame: Frame) -> Frame | None:
-        """Find a frame anywhere in the map, for a robot that may have been carried."""
+        """Find the pose of a frame anywhere in the map, for a robot that may have been carried."""
         found = self._relocaliser.recognise(frame)
         if found is None:
             return None
@@ -201,7 +201,7 @@ class Slam:
         return self._refer_to_seen(frame, found)
 
     def _regain(self, frame: Frame) -> Frame | None:
-        """Find a frame in the keyframes near by; a stretch by wheels alone ends there."""
+        """Find the pose of a frame in keyframes near by, which ends a stretch by wheels alone."""
         config, keyframes, reference = self._config, self._map, frame.reference
         T_map_cam = keyframes.poses[reference] @ frame.predicted
         others = keyframes.nearby(T_map_cam, but=reference)
@@ -220,7 +220,7 @@ class Slam:
         return None
 
     def _refer_to_seen(self, frame: Frame, match: KeyframeMatch) -> Frame:
-        """Measure what follows in another keyframe, in which images found the frame."""
+        """Refer to another keyframe from now on, in which images found the frame."""
         self._wheel_only.close_spans(match.keyframe)
         return replace(self._refer_to(frame, match), measured=match.pose)
 
@@ -264,7 +264,7 @@ class Slam:
         elif measured is None and self._kidnapping.doubts:
             return False
         elif self._is_blank(frame):
-            # Only what is mapped in the dark depends on it.
+            # Only frames that are mapped in the dark depend on it.
             distance = float(np.linalg.norm(frame.T_reference_cam[:3, 3]))
             return distance > self._config.keyframes.blank_distance
         else:

@@ -79,7 +79,7 @@ CATALOGUE: dict[str, Fault] = {
         Fault("stream-silent", "base", "the base sends nothing, and obeys",
               "stop it, wake it, go on", 2.0, 0.3,
               report_pattern="no answer from the base"),
-        Fault("port-vanishes", "base", "its USB cable is out; the wheels turn on as told last",
+        Fault("port-vanishes", "base", "its USB cable is out; the wheels turn on as commanded last",
               "stop it first thing when the cable is back, go on", 2.0, 0.315,
               reaches_wheels=False,
               report_pattern="the base is gone"),

@@ -96,7 +96,7 @@ def read_mjcf(
         model = mujoco.MjModel.from_xml_path(str(path))
     except (ValueError, mujoco.FatalError) as error:
         reason = " ".join(str(error).split())
-        raise ConfigError(f"world {path} cannot be loaded ({reason}); mend the file") from error
+        raise ConfigError(f"world {path} cannot be loaded ({reason}); correct the file") from error
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     lift = _lift(model, data)

@@ -105,7 +105,7 @@ def test_tables_are_printed_even_if_the_page_cannot_be_written(vizbot, plans, mo
     monkeypatch.setattr(bench, "search_page", broken)
     code, out, err = vizbot("objectnav")
     assert (code, out) == (1, "| a table |\n")
-    assert "cannot write runs/bench/scoreboard.md" in err
+    assert "cannot write runs/bench/board.md" in err
 
 
 def test_other_settings_and_training_homes_are_kept_in_a_folder_of_their_own(

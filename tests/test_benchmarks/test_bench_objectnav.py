@@ -1,4 +1,4 @@
-"""The scoreboard's bookkeeping, on episodes that nobody drives."""
+"""What benches keep of the board, with episodes that nobody drives."""
 
 from pathlib import Path
 
@@ -144,7 +144,7 @@ def test_the_first_goals_of_each_home_can_be_driven_alone(fake, tmp_path):
 
 
 def as_kept(stuck, success=False):
-    """The result of an episode as a row keeps it; None is one of before `stuck` was kept."""
+    """The result of an episode as a row keeps it; None is an older one, without `stuck`."""
     goal = GoalResult(
         "bed", success, False, "", "", 3.0, 100, 8.0, 4.0, 20.0, Outcome.GAVE_UP, stuck=stuck
     )

@@ -166,7 +166,9 @@ def test_an_empty_goal_is_one_line(client):
 
 
 def test_what_the_robot_refuses_is_one_line(client):
-    with pytest.raises(DeviceError, match=r"refuses: the goal .* holds what is no text"):
+    with pytest.raises(
+        DeviceError, match=r"refuses: the goal .* holds characters that are no text"
+    ):
         client.ask(["so\x07fa"])
     with pytest.raises(DeviceError, match=r"refuses: texts.0: it must have at most 200 letters"):
         client.ask(["a" * 300])
@@ -252,4 +254,4 @@ def test_a_stop_goes_where_the_environment_says_and_has_a_help(session):
         subprocess.run(command, env=environment, capture_output=True, check=True)
     assert session.stopped.is_set()
     shown = subprocess.run([*command, "--help"], capture_output=True, text=True, check=True)
-    assert "Stop a robot that is running" in shown.stdout and "--url" in shown.stdout
+    assert "Stop a running robot" in shown.stdout and "--url" in shown.stdout

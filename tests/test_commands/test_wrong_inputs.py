@@ -13,9 +13,9 @@ from mapping import map_bundle
 from tests.helpers.bundles import bundle_of
 
 SETTINGS = {
-    "torn": ('clip = "', "is not TOML", "mend it"),
+    "torn": ('clip = "', "is not TOML", "correct it"),
     "yaml": ("height: 0.7", "is not TOML", "line 1"),
-    "twice": ("half = true\nhalf = false", "is not TOML", "mend it"),
+    "twice": ("half = true\nhalf = false", "is not TOML", "correct it"),
     "deep": ("clip = " + 900 * "[" + 900 * "]", "nested too deep"),
     "unknown": ("speed = 3", "no setting speed; use", "serial_port"),
     "misspelt": ("[mount]\nhieght = 1", "no setting mount.hieght; use height"),
@@ -69,7 +69,7 @@ TABLE = """
     dry-run sofa --world nowhere.xml | nowhere.xml is not there | MJCF
     dry-run sofa --world nowhere.sh3d | nowhere.sh3d is not there | .sh3d
     dry-run sofa --world nowhere.jar/home | nowhere.jar is not there | .sh3d
-    dry-run sofa --world torn.xml | torn.xml | mend the file
+    dry-run sofa --world torn.xml | torn.xml | correct the file
     dry-run sofa --world torn.sh3d | torn.sh3d | save it again
     dry-run sofa --world bare.xml | bare.xml | --start X,Y
     dry-run sofa --world notes | 'notes' | a seed

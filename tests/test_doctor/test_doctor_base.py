@@ -133,7 +133,7 @@ def test_a_sound_base_is_good_in_every_respect(diagnosed):
     findings = diagnosed(charge=0.6)
     assert list(findings) == ["serial port", "base", "base's stream", "battery"]
     assert {each.verdict for each in findings.values()} == {Grade.GOOD}
-    assert findings["base"].found == "release-3.8.2, told to start it is in Passive mode"
+    assert findings["base"].found == "release-3.8.2, after Start it is in Passive mode"
     assert findings["base's stream"].found == "67 frames/s, 0.0 % of the bytes spoilt"
     assert "60 %" in findings["battery"].found
 

@@ -26,7 +26,7 @@ WEIGHTS, PICKLE = "model.safetensors", "pytorch_model.bin"
 
 @pytest.fixture(scope="module")
 def tiny(tmp_path_factory):
-    """A folder as `save_pretrained` of before transformers 5 fills it."""
+    """A folder as `save_pretrained` of transformers 4 fills it."""
     folder = tmp_path_factory.mktemp("tiny")
     save_tiny_clip(folder)
     return folder

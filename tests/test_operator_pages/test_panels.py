@@ -13,10 +13,10 @@ from vizbot.operator.figures.panels import (
     THUMBNAIL,
     TILE,
     MapView,
-    board,
     candidates,
     panel,
     thumbnail,
+    video_picture,
 )
 
 NO_TRACK = np.zeros((0, 2))
@@ -43,7 +43,7 @@ def test_likely_places_are_red_and_unlikely_ones_pale_where_they_are():
 
 def test_a_frame_of_the_video_says_below_the_pictures_what_is_done_and_why():
     plain = replace(step(0), why="")
-    drawn = board(plain, NO_TRACK)
+    drawn = video_picture(plain, NO_TRACK)
     said = {
         "what is done": replace(plain, activity="looking closer"),
         "what is enough": replace(plain, threshold=0.55),
@@ -51,7 +51,7 @@ def test_a_frame_of_the_video_says_below_the_pictures_what_is_done_and_why():
     }
     below = 2 * TILE[1]
     for name, changed in said.items():
-        rows, columns = np.nonzero((board(changed, NO_TRACK) != drawn)[below:].any(axis=2))
+        rows, columns = np.nonzero((video_picture(changed, NO_TRACK) != drawn)[below:].any(axis=2))
         assert len(rows), name
         assert (rows.min() > 32) == (name == "why"), "why has a line of its own"
         assert columns.max() < drawn.shape[1] - 10
@@ -59,7 +59,7 @@ def test_a_frame_of_the_video_says_below_the_pictures_what_is_done_and_why():
 
 def test_every_reason_fits_under_the_pictures():
     longest = f"{reasons.MOST_ALIKE}; {reasons.LESS_WORTH.format(chance='100%')}"
-    lines = board(replace(step(0), why=longest), NO_TRACK)[2 * TILE[1] + 34 :]
+    lines = video_picture(replace(step(0), why=longest), NO_TRACK)[2 * TILE[1] + 34 :]
     assert (lines[:, :40] < 255).any() and (lines[:, -8:] == 255).all()
 
 

@@ -169,7 +169,7 @@ def test_nothing_of_an_older_calibration_stays_under_a_new_date(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("bias", "becomes"), [(0.05, "read 0.050 rad/s .* still"), (0.02, "images told")]
+    ("bias", "becomes"), [(0.05, "read 0.050 rad/s .* still"), (0.02, "images showed")]
 )
 def test_a_gyroscope_that_read_more_than_any_bias_at_rest_is_refused(bias, becomes):
     where = PoseEstimate(0.0, np.eye(4), 0, np.eye(4), False, Tracking.TRACKING)

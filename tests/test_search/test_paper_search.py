@@ -1,4 +1,4 @@
-"""The paper's method, held against Algorithm 1 written down a second time."""
+"""The paper's method, compared with Algorithm 1 written down a second time."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace

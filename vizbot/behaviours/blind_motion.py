@@ -1,7 +1,7 @@
 """The budget of motion that nobody asked for and no sensor watches: the base feels nothing behind.
 
-Every twist of the robot's own passes through it, whichever behaviour wants it. Who drives by hand
-looks where the robot goes, and is not limited.
+Every twist that the program decides passes through it, whichever behaviour wants it. A person who
+drives by hand looks where the robot goes, and is not limited.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from vizbot.objectnav.tasks import Decision
 FARTHEST, LONGEST = 0.3, 5.0
 """Way [m] and time [s] that the robot may drive backwards in all."""
 RETURNED = 0.15
-"""Way ahead without a contact after which it may do so again [m]."""
+"""Distance ahead without a contact after which it may drive backwards again [m]."""
 DOCK_MARGIN = 0.1
-"""Way beyond the usual one that the robot may take to leave its dock [m]."""
+"""Distance beyond the usual one that the robot may drive to leave its dock [m]."""
 _LEAST = 0.005
-"""Way that is not worth driving any more [m]."""
+"""Distance that is too short to be worth driving [m]."""
 _LATE = 0.02
 """Time that the base takes to stop once a command has held for its longest [s]."""
 
 
 @dataclass(slots=True)
 class _Budget:
-    """What may be spent, and what was.
+    """Limits of driving backwards, and what was used of them.
 
     Attributes:
         farthest: Way backwards by the wheel counts [m].
         longest: Time of driving backwards [s].
-        way: Spent of the way [m].
-        seconds: Spent of the time [s].
+        way: Distance used so far [m].
+        seconds: Time used so far [s].
     """
 
     farthest: float
@@ -44,7 +44,7 @@ class _Budget:
 
 
 class BlindMotion:
-    """Keeps account of the way and the time driven backwards, and lets no more pass than is left.
+    """Counts distance and time driven backwards, and lets no more pass than is left.
 
     The way off the dock has a budget of its own, since it begins where the dock was before.
     """
@@ -67,7 +67,7 @@ class BlindMotion:
     def observe(self, state: BaseState, now: float, *, by_hand: bool) -> None:
         """Account for the motion since the last call.
 
-        Where a person drove `by_hand`, or nobody, only the way ahead counts up to `now` [s].
+        Where a person drove `by_hand`, or nobody drove, only motion ahead counts up to `now` [s].
         """
         before, self._T_odom_base = self._T_odom_base, state.T_odom_base
         if self._backing_since is not None:

@@ -12,7 +12,7 @@ from vizbot.core.types import SE3, STOP, BaseState, PoseEstimate, Tracking, Twis
 from vizbot.objectnav.tasks import Decision, Errand, Task, Waypoint
 
 SURE = 5
-"""Number of frames in a row in which the base reports its dock until it is believed."""
+"""Number of frames in a row that must report the dock before it is believed."""
 
 
 class HomePlaces:
@@ -33,7 +33,7 @@ class HomePlaces:
             self._before_dock = _ahead(T_map_base, -self._config.search_distance)
 
     def waypoint(self, task: Errand) -> Waypoint | None:
-        """The place that a task leads to; None where the task has none or it is not known."""
+        """The place where a task ends; None where it has none or the place is not known."""
         match task:
             case Waypoint():
                 return task
@@ -61,7 +61,7 @@ class Docking:
             self._parked = True
 
     def forget(self) -> None:
-        """Take it that the base neither looks for its dock nor waits on it."""
+        """Forget that the base looks for its dock or waits on it."""
         self._seeking_since, self._parked = None, False
 
     def seek_dock(self, base: Base, now: float) -> Decision:

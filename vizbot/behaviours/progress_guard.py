@@ -1,7 +1,8 @@
-"""The guard on progress, above all behaviours: whether anything comes of what the robot does.
+"""The guard on progress, above all behaviours: it ends what brings no progress.
 
 Each behaviour ends by itself, but two that undo each other may go on for ever, as one that turns
-the robot away from a wall and one that turns it back. So somebody counts what comes of it.
+the robot away from a wall and one that turns it back. So the guard measures progress over all of
+them.
 """
 
 from __future__ import annotations
@@ -22,53 +23,54 @@ from vizbot.objectnav.tasks import Decision, Errand, Goal, ShortMove
 from vizbot.perception.interfaces import ObstacleMapper
 
 PATIENCE = 15.0
-"""Time of motion and waiting after which something must have come of it [s]."""
+"""Time of motion and waiting within which there must be progress [s]."""
 CLOSER = 0.3
-"""By so much the way left to an aim must be less than ever before [m]."""
+"""The way left to an aim must be shorter by this than ever before to be progress [m]."""
 AREA = 0.1
-"""So much floor must be newly seen [m^2]."""
+"""Area of floor that must be newly seen to be progress [m^2]."""
 HELD = 60.0
-"""An aim that was not held for so long is a new one [s]."""
+"""An aim that was not held for this time counts as new [s]."""
 BARRED = 60.0
-"""For so long an aim is left alone that was dropped [s]."""
+"""A dropped aim is left alone for this time [s]."""
 MOST = 3
-"""So many aims are dropped before the task ends."""
+"""Number of dropped aims that ends the task."""
 REASON = (
     f"in {MOST} times {PATIENCE:.0f} s of trying the robot came no nearer to anything, saw nothing"
     " new and found nothing else to go to"
 )
-"""Why the task ends then."""
+"""Reason that the task then ends with."""
 
 _NEW_AGAIN = 2
-"""So often one aim may be new again, so that no round of aims goes on for ever."""
+"""Number of times that one aim may be new again, so that no round of aims goes on for ever."""
 _DETOUR = 1.0
-"""A way left that is suddenly longer by this is another way: the map has closed the former [m]."""
+"""A way left that is suddenly longer by this is another way: the map has closed the old one [m]."""
 _MOST_DETOURS = 2
 _MOST_BLINDED = 2
-"""So often the camera may show nothing on the way to a frontier."""
+"""Number of times that the camera may show nothing on the way to a frontier."""
 _LONGEST_PERIOD = 1.0
-"""Of the time between two frames no more counts: the rest is not the robot's [s]."""
+"""Longest time between two frames that counts: the robot is not to blame for the rest [s]."""
 _PLACE = 0.5
 """Turns in cells of this size are turns on one spot [m]."""
 _HERE = 0.3
-"""Within so much of an aim that is left alone is that aim; others begin at 0.5 [m]."""
+"""Points within this distance of an aim that is left alone belong to it; others begin at 0.5
+[m]."""
 _SECTOR = 30.0
-"""A turn on a spot shows another side every so many degrees."""
+"""Turn on a spot after which it shows another side [degrees]."""
 
 
 @dataclass(slots=True, eq=False)
 class _HeldAim:
-    """What the robot was on its way to, and how near it came.
+    """An aim that the robot has held, and how near it came.
 
     Attributes:
-        exploring: Whether it is a frontier.
+        exploring: Whether the aim is a frontier.
         xy: (2,) in `map` [m].
         closest: Least way left so far [m].
-        way_left: The newest one [m].
-        held_at: When it was held last [s].
-        new_again: How often it was new again.
+        way_left: The newest way left [m].
+        held_at: When the aim was held last [s].
+        new_again: How often the aim was new again.
         detours: How often the way to it was replaced by a longer one.
-        barred_until: Until when it is left alone [s].
+        barred_until: Until when the aim is left alone [s].
         blinded: How often the camera showed nothing on the way to it.
     """
 
@@ -85,7 +87,7 @@ class _HeldAim:
 
 @dataclass(slots=True, eq=False)
 class _Account:
-    """What has come of one task so far."""
+    """The progress of one task so far."""
 
     task: Errand
     aims: list[_HeldAim] = field(default_factory=list)
@@ -97,18 +99,18 @@ class _Account:
 
 
 class ProgressGuard:
-    """Drops an aim of which nothing comes, and ends a task in which that happens again."""
+    """Drops an aim that brings no progress, and ends a task in which that happens again."""
 
     def __init__(self) -> None:
         self._account: _Account | None = None
         self._seen_at: float | None = None
 
     def rest(self) -> None:
-        """Take it that others drive, or nobody: the time until the next frame does not count."""
+        """Note that a person drives, or nobody: the time until the next frame does not count."""
         self._seen_at = None
 
     def close(self) -> None:
-        """Take it that the task is over: the same one may be asked for again."""
+        """Note that the task is over: the same one may be asked for again."""
         self.rest()
         self._account = None
 
@@ -127,7 +129,7 @@ class ProgressGuard:
     def blinding_frontier(self) -> NDArray[np.float64] | None:
         """The frontier (2,) aimed at, after the robot was blind on its way to it once more.
 
-        To be asked whenever the camera shows something again after it showed nothing.
+        Call it whenever the camera shows something again after it showed nothing.
         """
         aim = None if self._account is None else self._account.newest
         if aim is None or not aim.exploring:
@@ -144,7 +146,7 @@ class ProgressGuard:
         area: float,
         now: float,
     ) -> Decision:
-        """The decision of a step; another one where nothing comes of such decisions.
+        """The decision of a step, or another one where such decisions bring no progress.
 
         The robot is on its way to `aim_xy` (2,) in `map` [m], None without a path; it has seen
         `area` [m^2] of floor at `now` [s].
@@ -182,7 +184,7 @@ class ProgressGuard:
         return Decision(STOP, "leaving it alone", threshold=decision.threshold, why=why)
 
     def _ended(self, account: _Account, decision: Decision, now: float) -> Decision:
-        """The end of a task; not where it ends in vain for barred aims: those are tried again."""
+        """The end of a task; where it would end in vain, aims left alone are tried again first."""
         assert decision.ended is not None
         barred = [aim for aim in account.aims if aim.barred_until > now]
         if decision.ended[0] not in IN_VAIN or not barred:
@@ -260,7 +262,7 @@ IN_VAIN = (Outcome.NOT_FOUND, Outcome.EXPLORED)
 
 
 class SecondTry:
-    """Takes what the bumper touched for gone where a task would end in vain, once in a task.
+    """Forgets what the bumper touched where a task would otherwise end in vain, once a task.
 
     A person, a pet or a door that has moved since would close the room behind it for good, since no
     camera need have seen it. Edges and virtual walls stay.
@@ -272,7 +274,7 @@ class SecondTry:
     def instead_of(
         self, decision: Decision, task: Errand, mapper: ObstacleMapper, frontiers: FrontierSearch
     ) -> Decision:
-        """The decision; where it would end the task in vain, a step that lets it go on instead.
+        """The decision, or a step that lets the task go on where the decision would end it in vain.
 
         `mapper` knows what was touched; `frontiers` that were given up because of it are open
         again.

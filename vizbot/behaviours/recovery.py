@@ -16,11 +16,11 @@ from vizbot.objectnav.tasks import Decision
 from vizbot.perception.interfaces import ObstacleMapper
 
 _TURNED = radians(10.0)
-"""From so far apart two headings show different things [rad]."""
+"""Two headings that differ by this show different things [rad]."""
 _TURNS = radians(2.0)
 """A robot that turned by more from one frame to the next is turning [rad]."""
 _SAME_PLACE = 0.3
-"""Farther away the robot was driven or carried, and did not turn on the spot [m]."""
+"""A robot that has moved farther than this did not turn on the spot [m]."""
 
 
 class ContactRecovery:
@@ -142,7 +142,7 @@ class VisionRecovery:
     def turned_away_from(self) -> list[SE3]:
         """Where the camera showed nothing although it works, each pose once.
 
-        A turn away from there has brought depth back: something is right ahead there.
+        A turn away from there has brought depth back, so something is right ahead there.
         """
         poses, self._turned_away_from = self._turned_away_from, []
         return poses
@@ -150,7 +150,7 @@ class VisionRecovery:
     def _onwards(self, T_map_base: SE3) -> LookAround:
         """A turn in the direction in which the robot has just turned.
 
-        A turn back would be undone by what has turned it.
+        Otherwise the behaviour that has turned it would undo the turn.
         """
         turned = 0.0 if self._yaw is None else wrap_angle(yaw_of(T_map_base) - self._yaw)
         return LookAround(-self._turn_rate if turned < -_TURNS else self._turn_rate)

@@ -20,7 +20,7 @@ MAYBE_MOVED = OpenQuestion(
 def ask_whether_moved(state: BaseState) -> Decision | None:
     """What to do with a base that somebody may have moved unheard; None with any other.
 
-    Its pose counts for nothing: once somebody says to go on, the robot finds its place first.
+    Its pose is not trusted: once somebody says to go on, the robot first relocalises.
     """
     if not state.maybe_moved:
         return None
@@ -28,7 +28,7 @@ def ask_whether_moved(state: BaseState) -> Decision | None:
 
 
 class BaseModeMonitor:
-    """Waits a while for a base to obey again whose mode keeps it from driving."""
+    """Waits a while for a base, whose mode keeps it from driving, to obey again."""
 
     def __init__(self, patience: float) -> None:
         """Wait for up to `patience` [s]."""
@@ -54,10 +54,10 @@ class BaseModeMonitor:
 
 
 class Lifting:
-    """Stops a lifted robot, for good or until it is put down."""
+    """Ends the task of a lifted robot, or stops it until it is put down."""
 
     def __init__(self, patience: float, *, resume_safe: bool) -> None:
-        """Begin on the floor; it waits `patience` [s] to be put down; `resume_safe`: drives on."""
+        """Begin on the floor; with `resume_safe` wait up to `patience` [s] to be put down."""
         self._patience = patience
         self._resume_safe = resume_safe
         self._since: float | None = None
@@ -155,7 +155,7 @@ class SafetyBehaviours:
         return self._vision.turned_away_from()
 
     def stop_for_good(self, state: BaseState, now: float) -> Decision | None:
-        """What only a person can help with; None while there is nothing of that kind."""
+        """A stop that only a person can lift, or asked for; None without one."""
         if Button.CLEAN in state.buttons:
             pressed = "somebody pressed Clean on the base"
             return Decision(STOP, "stopped by hand", ended=(Outcome.GAVE_UP, pressed))

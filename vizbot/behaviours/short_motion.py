@@ -25,9 +25,9 @@ from vizbot.objectnav.tasks import Decision, ShortMove
 _TURNED = radians(3.0)
 """Error at which a turn is over [rad]."""
 _THERE = 0.03
-"""Way left at which a drive is over [m]."""
+"""Distance left at which a drive is over [m]."""
 _AHEAD = 0.25
-"""The way that has to be free for the next step [m]."""
+"""Distance that has to be free for the next step [m]."""
 _SLOWEST = 0.05
 """[m/s]"""
 _PERIOD = 0.5
@@ -63,7 +63,7 @@ class ShortMotion:
         return self._drive(move.forward - done, done, T_map_base, grid)
 
     def interrupt(self) -> None:
-        """Go no further with the present move: something else moves the robot."""
+        """End the present move: something else moves the robot."""
         self._interrupted = True
 
     def _turn(self, left: float) -> Decision:
@@ -149,7 +149,7 @@ class StepMotion:
         twist = follow_path(decision.navigation.path, T_map_base, self._config)
         # Beside obstacles the decision is slow.
         twist = replace(twist, linear=min(twist.linear, decision.twist.linear))
-        # A robot that something holds uses up its step by what it was commanded.
+        # For a robot that something holds, the commanded motion uses up the step.
         used = np.maximum(moved, self._commanded)
         used += period * np.abs((twist.linear, twist.angular))
         if twist.linear <= 0.0 or used[0] > LENGTH or used[1] > TURN:

@@ -13,7 +13,7 @@ from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav.tasks import Decision, Waypoint
 
 _BESIDE = Reach(distance=1.7, extent=1.0)
-"""How near the robot goes to a place with an obstacle on it, as to the middle of a bed."""
+"""Distance at which a place with an obstacle on it, as the middle of a bed, counts as reached."""
 
 
 class WaypointDrive:

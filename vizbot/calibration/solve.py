@@ -67,11 +67,11 @@ def solve(samples: Sequence[Sample], config: Config) -> Calibration:
     if seen < _SEEN * len(samples):
         share = f"{100 * seen / len(samples):.0f} % of the frames"
         raise DeviceError(
-            f"images told the motion of {share}; calibrate where there is more to see"
+            f"images showed the motion in {share}; calibrate where there is more to see"
         )
     samples = [sample for sample in samples if sample.estimate.tracking.by_images]
     if {sample.leg for sample in samples} != set(Leg):
-        raise DeviceError("images told nothing of one part of the drive; calibrate elsewhere")
+        raise DeviceError("images showed nothing of one part of the drive; calibrate elsewhere")
     floors = [sample.floor for sample in samples if sample.floor is not None]
     if len(floors) < _FLOORS:
         raise DeviceError(_NO_FLOOR)

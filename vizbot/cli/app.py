@@ -92,7 +92,7 @@ def before_any_command(
     ] = False,
     verbose: VerboseOption = False,
 ) -> None:
-    """Have a Roomba with an RGB-D camera map a home and go to what is asked for."""
+    """Have a Roomba with an RGB-D camera map a home and go to what you ask for."""
     if verbose:
         show_events()
 
@@ -114,7 +114,7 @@ def dry_run(options: DryRunOptions) -> None:
     with collecting_afterwards():
         from vizbot.commands.run_plan import plan_dry_run, world_beside
 
-        plan = plan_dry_run(options)  # what cannot be is refused before the rest of it is loaded
+        plan = plan_dry_run(options)  # refuse impossible options before the rest is loaded
     with world_beside(plan) as world:
         with collecting_afterwards():
             from vizbot.commands.dry_run import run
@@ -144,7 +144,7 @@ def launch(options: LaunchOptions) -> None:
 def doctor(
     clip: ClipOption = None, config: ConfigOption = None, as_json: JsonOption = False
 ) -> None:
-    """Check every device and say what is wrong and how to mend it; nothing moves."""
+    """Check every device and say what is wrong and how to fix it; nothing moves."""
     from vizbot.commands.doctor import run
 
     run(config, clip, as_json)
@@ -170,7 +170,7 @@ def calibrate(options: CalibrateOptions) -> None:
     },
 )
 def run_bench(context: typer.Context) -> None:
-    """Run a benchmark of the paper, or of pose estimation; what is finished is kept."""
+    """Run a benchmark of the paper, or of pose estimation; finished rows are kept."""
     from vizbot.commands.bench import run
 
     run(context)
@@ -204,8 +204,8 @@ def _require_utf8(arguments: Sequence[str]) -> None:
 def _usage(error: Any) -> str:
     """What is wrong with the words of a command, in a sentence; empty where the help was shown.
 
-    Typer proposes options that are alike by their dashes alone, and tells of a value what pydantic
-    says, without the value.
+    Typer proposes options that are alike by their dashes alone, and reports pydantic's words about
+    a value without the value.
     """
     message = str(error.format_message()).strip()
     if proposed := getattr(error, "possibilities", None):

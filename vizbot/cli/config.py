@@ -9,12 +9,14 @@ import typer
 
 from vizbot.commands.options import ConfigOption
 
-config_app = typer.Typer(help="Show settings; write a file of them.", no_args_is_help=True)
+config_app = typer.Typer(help="Show settings, or write a settings file.", no_args_is_help=True)
 
 
 @config_app.command("init", epilog="Example: vizbot config init --out robot.toml")
 def config_init(
-    out: Annotated[Path, typer.Option("--out", help="Write this file.")] = Path("robot.toml"),
+    out: Annotated[Path, typer.Option("--out", help="Write the settings into this file.")] = Path(
+        "robot.toml"
+    ),
     every: Annotated[
         bool, typer.Option("--all", help="Write advanced settings, too, as comments.")
     ] = False,

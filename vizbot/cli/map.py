@@ -16,7 +16,7 @@ SavedName = Annotated[
 ]
 
 map_app = typer.Typer(
-    help="Build maps from recordings, ask them, export them; keep those that were saved in order.",
+    help="Build maps from recordings; ask and export maps; list, rename and delete saved ones.",
     no_args_is_help=True,
 )
 
@@ -75,7 +75,7 @@ def map_list(as_json: JsonOption = False) -> None:
 def map_rename(
     name: SavedName, new: Annotated[str, typer.Argument(metavar="NEW", help="Give it this name.")]
 ) -> None:
-    """Give a map that was saved by name another one."""
+    """Rename a map that was saved by name."""
     from vizbot.commands.map import rename_saved
 
     rename_saved(name, new)

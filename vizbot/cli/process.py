@@ -20,8 +20,8 @@ def run() -> NoReturn:
 
     Whatever was open is closed then, but threads may still be in native code: an embedding, a wait
     for a line of standard input. Python would take the interpreter apart under them, which now and
-    then ends in a segmentation fault. What is to be done at the exit is done, and nothing else;
-    who does not want to wait for that ends it by Ctrl-C.
+    then ends in a segmentation fault. Exit functions run, and nothing else; Ctrl-C ends a program
+    that waits for them.
     """
     code: int | str | None = None
     try:

@@ -1,4 +1,4 @@
-"""Options of the commands by which people ask and drive a robot, mostly one that is running."""
+"""Options of the commands by which people ask and drive a robot, mostly a running one."""
 
 from __future__ import annotations
 
@@ -23,7 +23,10 @@ if TYPE_CHECKING:
     from vizbot.operator.client.robot_client import RobotClient
 
 UrlOption = Annotated[
-    str, typer.Option(envvar="VIZBOT_URL", help="Talk to the robot there, as launch shows it.")
+    str,
+    typer.Option(
+        envvar="VIZBOT_URL", help="Talk to the robot at this address, which launch shows."
+    ),
 ]
 UnusedTokenOption = Annotated[
     str | None, typer.Option("--token", help="This is not needed: everybody may stop the robot.")
@@ -31,7 +34,9 @@ UnusedTokenOption = Annotated[
 NowOption = Annotated[
     bool, typer.Option("--now", help="End what the robot is doing, instead of waiting for it.")
 ]
-WaitOption = Annotated[bool, typer.Option("--wait", help="Wait until it is over; say how.")]
+WaitOption = Annotated[
+    bool, typer.Option("--wait", help="Wait until the task is over, and say how it ended.")
+]
 
 
 def goal(
@@ -48,7 +53,7 @@ def goal(
     url: UrlOption = HERE,
     token: TokenOption = None,
 ) -> None:
-    """Send a robot that is running to goals in words."""
+    """Send a running robot to goals in words."""
     from vizbot.commands.remote import ask
     from vizbot.operator.language.language import load_language
 
@@ -64,7 +69,7 @@ def say(
     url: UrlOption = HERE,
     token: TokenOption = None,
 ) -> None:
-    """Say a sentence to a robot that is running: what to do, a question, yes or no."""
+    """Say a sentence to a running robot: what to do, a question, yes or no."""
     from vizbot.commands.remote import ask
 
     with _client(url, token) as client:
@@ -77,7 +82,7 @@ def explore(
     url: UrlOption = HERE,
     token: TokenOption = None,
 ) -> None:
-    """Have a robot that is running explore until nothing is left to see."""
+    """Have a running robot explore until nothing is left to see."""
     from vizbot.commands.remote import explore
 
     with _client(url, token) as client:
@@ -85,13 +90,13 @@ def explore(
 
 
 def stop(url: UrlOption = HERE, token: UnusedTokenOption = None) -> None:
-    """Stop a robot that is running, at once; what it was asked for is called off."""
+    """Stop a running robot at once; all its tasks are called off."""
     send_stop(url)
     echo("stopped")
 
 
 def status(as_json: JsonOption = False, url: UrlOption = HERE, token: TokenOption = None) -> None:
-    """Show what a robot that is running does, senses, and was asked for."""
+    """Show what a running robot does and senses, and what it was asked for."""
     from vizbot.commands.remote import status
 
     with _client(url, token) as client:
@@ -108,7 +113,7 @@ def teleop(options: TeleopOptions) -> None:
 
 def voice(
     wav: Annotated[
-        Path | None, typer.Option(help="Listen to this file instead of the microphone.")
+        Path | None, typer.Option(help="Read this sound file instead of the microphone.")
     ] = None,
     speech: SpeechOption = SPEECH,
     wake: Annotated[

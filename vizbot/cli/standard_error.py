@@ -1,4 +1,4 @@
-"""Standard error that never ends or holds up a run: progress and logs are a luxury."""
+"""Standard error that never ends or holds up a run: no run depends on progress or logs."""
 
 from __future__ import annotations
 

@@ -19,11 +19,11 @@ _STOP_WITHIN = 1.5
 _STOP_PAUSE = 0.5
 """Pause before a stop is sent again [s]."""
 _PATIENCE = 5.0
-"""The command that was said last has this long to get through at the end [s]."""
+"""At the end the last command has this time to reach the robot [s]."""
 
 
 class Robot(Protocol):
-    """As much of `vizbot.operator.client.robot_client.RobotClient` as a voice needs."""
+    """The part of `vizbot.operator.client.robot_client.RobotClient` that voice commands need."""
 
     def say(self, text: str, who: str, *, at_once: bool) -> dict[str, Any]:
         """Do what a sentence asks for; `at_once`: what is running gives way."""
@@ -59,7 +59,7 @@ class CommandSender:
         self._worker = threading.Thread(target=self._work, name="commands", daemon=True)
 
     def send(self, utterance: Utterance) -> None:
-        """Send what was said; returns at once."""
+        """Queue a command to be sent; returns at once."""
         if self._robot is None or not isinstance(utterance.command, Stop):
             self._waiting.put(partial(self._obey, utterance, self._stops))
             return

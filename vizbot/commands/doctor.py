@@ -1,4 +1,4 @@
-"""`vizbot doctor`: a table of what is well and what is not, with remedies."""
+"""`vizbot doctor`: a table of what is good and what is not, with remedies."""
 
 from __future__ import annotations
 

@@ -54,7 +54,7 @@ def run(plan: DryRunPlan, options: DryRunOptions, world: PlanProcess | None = No
 
 
 def _do_all(opened: OpenRun, goals: Sequence[str], options: DryRunOptions) -> bool:
-    """Whether all that was asked for is done, as far as the robot knows."""
+    """Whether every task is done, as far as the robot knows."""
     if opened.served is not None:
         return _serve(opened, opened.served, goals, options)
     return _explore_and_ask(opened, goals) if options.explore else _drive_or_watch(opened, goals)
@@ -80,7 +80,7 @@ def _explore_and_ask(opened: OpenRun, goals: Sequence[str]) -> bool:
     max_steps = opened.config.objectnav.max_exploration_steps
     outcome, reason = explore_all(opened.pipeline, opened.devices, max_steps)
     if outcome is not Outcome.EXPLORED:
-        echo(f"the exploration has not come to its end: {reason}", err=True)
+        echo(f"the exploration did not finish: {reason}", err=True)
     _look_up_all(opened.pipeline, goals)
     return outcome is Outcome.EXPLORED
 
@@ -88,7 +88,7 @@ def _explore_and_ask(opened: OpenRun, goals: Sequence[str]) -> bool:
 def _serve(
     opened: OpenRun, served: ServedRun, goals: Sequence[str], options: DryRunOptions
 ) -> bool:
-    """Whether the robot believes that all it was asked for is done, or a recording had frames."""
+    """Whether the robot believes that it has done all tasks, or a recording had frames."""
     drives = served.base is not None
     requests = [Task.EXPLORE] if options.explore else goals
     served.serve(
@@ -112,7 +112,7 @@ def _look_up_all(pipeline: Pipeline, goals: Sequence[str]) -> None:
 
 
 def _to_the_end(pipeline: Pipeline, work: Callable[[], bool]) -> tuple[bool, BaseException | None]:
-    """Whether the work succeeded, and what ended it early; what there is until then is kept."""
+    """Whether the work succeeded, and what ended it early; its results until then are kept."""
     claimed = False
 
     def do() -> None:
@@ -120,7 +120,7 @@ def _to_the_end(pipeline: Pipeline, work: Callable[[], bool]) -> tuple[bool, Bas
         claimed = work()
 
     failure = first_error(do)
-    if not isinstance(failure, KeyboardInterrupt):  # who interrupts waits for no encoder
+    if not isinstance(failure, KeyboardInterrupt):  # which waits for no encoder
         failure = failure or first_error(pipeline.finish)
     return claimed and failure is None, failure
 

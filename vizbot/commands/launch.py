@@ -33,7 +33,7 @@ _LONGEST = MOST_LETTERS + 1
 
 
 def run(plan: RunPlan, options: LaunchOptions) -> None:
-    """Open camera and base, do what is asked for, keep the map when it ends.
+    """Open camera and base, do what people ask for, and save the map at the end.
 
     Raises:
         VizbotError: a setting cannot be used, or a device is missing or gone.
@@ -53,7 +53,7 @@ def run(plan: RunPlan, options: LaunchOptions) -> None:
 
 
 def _serve(opened: OpenRun, served: ServedRun, service: Service, language: Language) -> None:
-    """Serve until it is ended; the folder is written however that comes about."""
+    """Serve until somebody ends the run; its folder is written in any case."""
 
     def serve() -> None:
         if served.base is not None:
@@ -66,8 +66,8 @@ def _serve(opened: OpenRun, served: ServedRun, service: Service, language: Langu
 
     # The robot stops first; the folder is written while it stands.
     failure = first_error(serve, opened.close, opened.pipeline.finish)
-    told = {"error": None if failure is None else one_line(failure)}
-    _, lost = opened.write(opened.totals() | told)
+    ending = {"error": None if failure is None else one_line(failure)}
+    _, lost = opened.write(opened.totals() | ending)
     if (error := failure or lost) is not None:
         raise error
 

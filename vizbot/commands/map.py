@@ -1,6 +1,6 @@
 """`vizbot map`: build from recordings, ask, export, describe; list, rename and delete saved ones.
 
-To build takes all of the robot, to ask a part of it; both are loaded when they are due.
+Building loads most of the robot's program, asking a part of it; neither is loaded before.
 """
 
 from __future__ import annotations
@@ -102,11 +102,11 @@ class _TrackedFrames:
 
 
 def query(options: MapQueryOptions) -> None:
-    """Print the best places for a text, and whether they are similar enough to be it.
+    """Print the best places for a text, and whether they are likely enough.
 
     Raises:
-        VizbotError: the map cannot be read, was made by another encoder, or the text asks for
-            nothing, or for what the method cannot answer.
+        VizbotError: the map cannot be read, was made by another encoder, the text is no question,
+            or the method cannot answer it.
     """
     from vizbot.commands.progress import BankProgress
     from vizbot.commands.sentences import parse_question

@@ -93,7 +93,7 @@ class OpenRun:
     def write(
         self, metrics: Mapping[str, object]
     ) -> tuple[dict[str, object], BaseException | None]:
-        """Write map, trajectory, metrics and report, each whatever becomes of the others.
+        """Write map, trajectory, metrics and report, each even if another one fails.
 
         Returns:
             The metrics with `map` and `map_error` as `Recorder.finish` has them, and the first

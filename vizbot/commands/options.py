@@ -64,7 +64,7 @@ LanguageOption = Annotated[
 MapArgument = Annotated[
     Path, typer.Argument(metavar="MAP", help="Use this map: its folder, a run's, or its name.")
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object alone.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
 VerboseOption = Annotated[
     bool, typer.Option("--verbose", help="Show key events on standard error, not warnings alone.")
 ]
@@ -73,7 +73,7 @@ TokenOption = Annotated[
     typer.Option(
         "--token",
         envvar="VIZBOT_TOKEN",
-        help="Send this token, which the robot's user need not give on its own machine.",
+        help="Send this token; on the robot's own machine its user needs none.",
     ),
 ]
 
@@ -109,23 +109,28 @@ class RunOptions:
 
 @dataclass(frozen=True, slots=True)
 class ServiceOptions:
-    """Options of how people reach a robot that is running."""
+    """Options of how people reach a running robot."""
 
     host: Annotated[
         str,
         typer.Option(
-            "--host", help="Serve beyond this machine, for example at 0.0.0.0; asks for a token."
+            "--host",
+            help="Serve at this address: 0.0.0.0 also lets other machines in, which need a token.",
         ),
     ] = "127.0.0.1"
     port: Annotated[int, typer.Option("--port", help="Serve at this port.", min=0, max=65535)] = (
         PORT
     )
     certificate: Annotated[
-        Path | None, typer.Option("--tls-certificate", help="Serve by https, with this PEM file.")
+        Path | None,
+        typer.Option(
+            "--tls-certificate", help="Serve by https, with the certificate in this PEM file."
+        ),
     ] = None
-    key: Annotated[Path | None, typer.Option("--tls-key", help="Read its key from this file.")] = (
-        None
-    )
+    key: Annotated[
+        Path | None,
+        typer.Option("--tls-key", help="Read the key of the certificate from this file."),
+    ] = None
     speech: SpeechOption = SPEECH
     language: LanguageOption = LANGUAGE
 
@@ -147,11 +152,16 @@ class DryRunOptions:
     ] = None
     camera: Annotated[
         str,
-        typer.Option("--camera", help="Use sim, realsense, or a TUM folder, a .db3 or a .bag."),
+        typer.Option(
+            "--camera",
+            help="Use this camera: sim, realsense, or a recording (a TUM folder, .db3 or .bag).",
+        ),
     ] = "sim"
     base: Annotated[
         str | None,
-        typer.Option("--base", help="Drive sim, roomba or none; recordings drive none."),
+        typer.Option(
+            "--base", help="Drive this base: sim, roomba or none; a recording drives none."
+        ),
     ] = None
     world: Annotated[
         str,
@@ -193,12 +203,15 @@ class DryRunOptions:
         typer.Option(
             "--faults",
             metavar="LIST",
-            help="Let these go wrong, for example bump@20,camera-frozen@40+3,lost-bytes~2 (twice a"
-            " minute); `list` shows what there is.",
+            help="Let these faults happen, for example bump@20,camera-frozen@40+3,lost-bytes~2"
+            " (twice a minute); `list` shows them all.",
         ),
     ] = None
     serve: Annotated[
-        bool, typer.Option("--serve", help="Let people ask and drive by hand, until Ctrl-C.")
+        bool,
+        typer.Option(
+            "--serve", help="Serve console and API until Ctrl-C: people may ask and drive by hand."
+        ),
     ] = False
     service: ServiceOptions = field(default_factory=ServiceOptions)
     as_json: JsonOption = False
@@ -224,12 +237,14 @@ class CalibrateOptions:
         Path | None,
         typer.Option(
             "--out",
-            help="Write into this settings file, which keeps what else is in it; else into the one"
-            " in use.",
+            help="Write into this settings file, whose other settings stay; else into the one in"
+            " use.",
         ),
     ] = None
-    camera: Annotated[str, typer.Option("--camera", help="Use realsense or sim.")] = "realsense"
-    base: Annotated[str, typer.Option("--base", help="Drive roomba or sim.")] = "roomba"
+    camera: Annotated[str, typer.Option("--camera", help="Use this camera: realsense or sim.")] = (
+        "realsense"
+    )
+    base: Annotated[str, typer.Option("--base", help="Drive this base: roomba or sim.")] = "roomba"
     world: Annotated[str, typer.Option("--world", help="Simulate this world, as in dry-run.")] = (
         "office"
     )
@@ -242,12 +257,17 @@ class TeleopOptions:
 
     config: ConfigOption = None
     base: Annotated[
-        str, typer.Option("--base", help="Drive roomba, or sim to rehearse on an empty floor.")
+        str,
+        typer.Option(
+            "--base", help="Drive this base: roomba, or sim to rehearse on an empty floor."
+        ),
     ] = "roomba"
     url: Annotated[
         str | None,
         typer.Option(
-            "--url", envvar="VIZBOT_URL", help="Drive the robot that is running there, no base."
+            "--url",
+            envvar="VIZBOT_URL",
+            help="Drive the robot that runs at this address, instead of a base.",
         ),
     ] = None
     token: TokenOption = None
@@ -260,7 +280,9 @@ class TeleopOptions:
 class MapBuildOptions:
     """Options of `vizbot map build`."""
 
-    sequence: Annotated[Path, typer.Argument(metavar="SEQ", help="Read this TUM folder or file.")]
+    sequence: Annotated[
+        Path, typer.Argument(metavar="SEQ", help="Read this recording: a TUM folder, .db3 or .bag.")
+    ]
     out: Annotated[Path, typer.Option("--out", help="Write the map into this folder.")]
     clip: ClipOption = None
     config: ConfigOption = None

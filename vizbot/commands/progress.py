@@ -101,12 +101,12 @@ class BankProgress:
         self._began = self._said = 0.0
 
     def __call__(self, done: int, of: int) -> None:
-        """Say that so many pictures of so many have been embedded, if that is due."""
+        """Say how many pictures have been embedded, if the last line is old enough."""
         now = self._now()
         if done == 0:
             self._began = self._said = now
             echo(
-                f"{self._model_id} embeds {of} pictures that questions are held against; they are"
+                f"{self._model_id} embeds {of} pictures that questions are compared with; they are"
                 " kept for its next runs",
                 err=True,
             )

@@ -1,4 +1,4 @@
-"""`vizbot goal`, `say`, `explore`, `stop` and `status`: talk to a robot that is running."""
+"""`vizbot goal`, `say`, `explore`, `stop` and `status`: talk to a running robot."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def _wait_for(client: RobotClient, numbers: Sequence[int]) -> bool:
 def _outcome(goal: Mapping[str, Any], before_its_end: str = "") -> str:
     """How a task ended, and x, y in `map` [m] of where that was or its goal was found.
 
-    One that has not ended is told of by `before_its_end`.
+    For a task that has not ended, `before_its_end` is the outcome.
     """
     if goal["outcome"] is None:
         return f"{goal['text']}: {before_its_end}"

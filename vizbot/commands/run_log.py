@@ -1,4 +1,4 @@
-"""`vizbot.log` in a run's folder: what happened, and when, for whoever looks after a bad night."""
+"""`vizbot.log` in a run's folder: what happened and when, to find the cause of a failure."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ def _loaded(given: Path) -> tuple[MapBundle, Path]:
 
 
 def _require_encoder_of_pictures(clip: str, typed: str | None) -> None:
-    """Refuse to drive among real things by an encoder that knows none, unless it is asked for."""
+    """Refuse the rehearsal encoder among real things, unless a person names it."""
     if is_rehearsal_encoder(clip) and typed is None:
         raise ConfigError(
             f"clip {clip}: the rehearsal encoder knows simulated homes alone; choose one of real"
@@ -174,11 +174,11 @@ def _require_something_to_do(goals: Sequence[str], options: DryRunOptions) -> No
     if not goals and not options.explore and not options.serve:
         raise ConfigError("no TEXT and no --explore: nothing to do. See: vizbot dry-run --help")
     if goals and options.explore and options.serve:
-        raise ConfigError("--explore with --serve takes no TEXT; ask for it when it has explored")
+        raise ConfigError("--explore with --serve takes no TEXT; ask for it after the exploration")
 
 
 def _refuse_service_of_nobody(options: DryRunOptions) -> None:
-    """Refuse options of what people reach where nothing is served; goals have a language too."""
+    """Refuse options of serving where nothing is served; `--language` is also for goals."""
     if options.serve:
         return
     usual, asked = ServiceOptions(), options.service
@@ -191,7 +191,7 @@ def _refuse_service_of_nobody(options: DryRunOptions) -> None:
     }
     for option, (value, default) in of_service.items():
         if value != default:
-            raise ConfigError(f"{option} {value} is of what --serve serves; add --serve")
+            raise ConfigError(f"{option} {value} needs a served run; add --serve")
 
 
 def _device_choice(goals: Sequence[str], options: DryRunOptions) -> DeviceChoice:

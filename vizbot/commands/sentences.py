@@ -74,7 +74,7 @@ def parse_goals(texts: Sequence[str], language: Language = ENGLISH) -> list[str]
 def parse_question(text: str, language: Language = ENGLISH) -> WhereIs | HowMany:
     """What a saved map is asked: where a thing is, which may be named alone, or how many there are.
 
-    Words that only tell something ("something to sit on") are a thing: encoders know open words.
+    A description ("something to sit on") counts as a thing: encoders know open words.
 
     Raises:
         ConfigError: the text is empty, another command, or not understood.
@@ -110,7 +110,9 @@ def require_text(text: str) -> None:
     if not text.strip():
         raise ConfigError("the goal '' is empty; say what to go to, for example 'yellow chair'")
     if not seen_text(text).isprintable():
-        raise ConfigError(f"the goal {text!r} holds what is no text; say it in plain words")
+        raise ConfigError(
+            f"the goal {text!r} holds characters that are no text; say it in plain words"
+        )
 
 
 def _parse_text(text: str, language: Language) -> Command:

@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class RobotOfRun:
-    """The robot of a run as its session has it: a `SharedRobot`.
+    """The robot of a run as its session sees it: a `SharedRobot`.
 
     Attributes:
         base: The base that program and people share; None without one.
@@ -63,7 +63,7 @@ class RobotOfRun:
         return None if self.base is None else self.base.state
 
     def battery_state(self) -> BaseState | None:
-        """The one that tells of the battery; None without one."""
+        """The newest state that may be shown for the battery; None without one."""
         return None if self.base is None else self.base.battery_state
 
     def resume_base(self) -> None:
@@ -89,7 +89,7 @@ class RobotOfRun:
         self.recorder.keep_verdict(report, confirmed)
 
     def keep_verdict_on_way(self, xy: NDArray[np.float64], confirmed: bool) -> None:
-        """Keep what they say of the place that the robot goes up to."""
+        """Keep what people say of the place that the robot approaches."""
         self.recorder.keep_verdict_on_way(xy, confirmed)
 
 

@@ -35,7 +35,7 @@ def run(options: TeleopOptions) -> None:
     """
     base, url = options.base, options.url
     if base not in ("roomba", "sim"):
-        raise ConfigError(f"--base {base}: nothing that can be driven; use roomba or sim")
+        raise ConfigError(f"--base {base} cannot be driven by hand; use roomba or sim")
     require_terminal(_STANDARD_INPUT)
     config, clock = load_settings(options.config), WallClock()
     if url is None:

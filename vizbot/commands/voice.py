@@ -63,7 +63,7 @@ def run(
         DeviceError: there is no microphone, or the robot does not answer.
     """
     if wav is not None and wake is not None:
-        raise ConfigError("--wake is for the microphone; leave it away with --wav")
+        raise ConfigError("--wake is for the microphone; leave it out with --wav")
     if wav is None and as_json:
         raise ConfigError("--json is for one sound file; give --wav FILE")
     if wav is not None and not wav.is_file():

@@ -1,4 +1,4 @@
-"""What a camera can be and a recording can say; files that are damaged or made to harm say more."""
+"""Limits of what cameras and recordings can be; damaged or hostile files exceed them."""
 
 from __future__ import annotations
 

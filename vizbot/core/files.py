@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and files that may hold anything when read."""
+"""Writes files whole or not at all, and reads files that may hold anything."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ _DEEPEST = 16
 
 
 def user_folder(variable: str, default: str) -> Path:
-    """This user's folder for files of ours, which may not be there.
+    """This user's folder for files of vizbot, which may not be there.
 
     Args:
-        variable: Names the folder that holds it, as `XDG_CACHE_HOME` does; one that is relative
-            counts for nothing (XDG Base Directory Specification).
+        variable: Environment variable that names the folder that holds it, such as
+            `XDG_CACHE_HOME`; a relative path is ignored (XDG Base Directory Specification).
         default: That folder in the user's home. For a user without a home, as a service may be, it
             is one that is never there.
     """
@@ -67,7 +67,7 @@ def require_writable(path: Path) -> None:
 
 
 def require_new(path: Path, *, replace: bool) -> None:
-    """Refuse a file that a person names to be written where there is one, unless it is replaced.
+    """Refuse to write over a file that is there, unless a person asked to replace it.
 
     Raises:
         ConfigError: it is there, whatever it is, or cannot be written.

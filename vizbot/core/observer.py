@@ -38,7 +38,7 @@ _HEADLINES = {
     Outcome.STUCK: "Got stuck on the way to {}",
 }
 CLAUSE_JOINT = "; "
-"""Between the clauses of why the robot does something."""
+"""Text between the clauses of a reason."""
 _NAMED = re.compile(r"(the|a|an|my|our|your|this|that) ", re.IGNORECASE)
 """Begins a goal that takes no article."""
 
@@ -80,7 +80,7 @@ class Effort:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class GoalReport:
-    """What became of one goal.
+    """The outcome of the search for one goal.
 
     Attributes:
         text: The goal in the user's words.
@@ -90,7 +90,7 @@ class GoalReport:
             before all others.
         measure: What their scores are.
         effort: What the search took; None where the map alone was asked.
-        threshold: The score that the places were held against at the end; None where it is not
+        threshold: The score that the places were compared with at the end; None where it is not
             known.
     """
 
@@ -149,7 +149,7 @@ class Step:
         distance_to_go: Length of the path [m]; None without one.
         scores: What the search decides by; None without a goal.
         measure: What those scores are.
-        threshold: The score that the places were held against in this step.
+        threshold: The score that the places were compared with in this step.
         points: (N, 3) elements of the CLIP map in `map` [m].
         frames: (N,) int32, numbers of the frames that show the elements. An embedding takes time,
             so the newest are seldom of this frame.
@@ -163,7 +163,7 @@ class Step:
             while only mapping.
         seen_share: Share of the floor that was seen, 0 to 1, as of the last search for a frontier;
             None before one.
-        candidate_xy: (2,) x, y in `map` [m] of the place that the robot goes up to because it may
+        candidate_xy: (2,) x, y in `map` [m] of the place that the robot approaches because it may
             be the goal; None without one.
         decided_score: Score of the place that this step is done for; None where it is for none.
         question: What it asks people, whose answer every task waits for; None where it asks

@@ -122,7 +122,7 @@ _PLAIN = {
     "json_invalid": "it is not JSON: {error}",
     "value_error": "{error}",
 }
-"""What pydantic's kinds of errors mean, in plain words; all others are told in its own."""
+"""What pydantic's kinds of errors mean, in plain words; all others keep pydantic's words."""
 _LONGEST_KEY = 100
 """A name with more letters is cut off."""
 
@@ -162,11 +162,11 @@ def causes(errors: Sequence[ErrorDetails]) -> list[ErrorDetails]:
     words, without pydantic's.
     """
     around = {wrong["loc"][:depth] for wrong in errors for depth in range(len(wrong["loc"]))}
-    told = [wrong.copy() for wrong in errors if wrong["loc"] not in around]
-    for wrong in told:
+    causing = [wrong.copy() for wrong in errors if wrong["loc"] not in around]
+    for wrong in causing:
         if wrong["type"] in _PLAIN:
             wrong["msg"] = _PLAIN[wrong["type"]].format(**wrong.get("ctx", {}))
-    return told
+    return causing
 
 
 def unit_of(setting: FieldInfo) -> Unit | None:

@@ -14,7 +14,7 @@ _Given = tuple[_Work, "Future[None]"]
 
 
 class WorkQueue:
-    """A queue of work with one thread; whoever puts in more than fits waits for the oldest.
+    """A queue of work with one thread; `put` waits while the queue is full.
 
     Its thread never keeps a program from ending: an interrupt that strikes while a
     `ThreadPoolExecutor` starts its thread leaves one that the program's end waits for in vain.

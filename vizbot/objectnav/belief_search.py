@@ -1,11 +1,12 @@
 """The search by belief: one comparison of all that can be done next.
 
-Every step compares what may end the search: going to a place that may be what is asked for, and
-seeing what lies behind a frontier. Each is worth its probability over the way that it takes. The
-robot says that it has arrived where a place near by, seen from near, is believed enough: such a
-place is closed in on before anything is compared. In a room it turns around before that, and says
-so only if it is as sure then: from its door one room looks like another. When nothing is worth its
-way any more, the robot goes back to the likeliest place if that may still do, else it ends.
+Every step compares what may end the search: going to a place that may be the goal, and seeing what
+lies behind a frontier. Each is worth its probability divided by the length of the way to it. The
+robot says that it has arrived where a place near by, seen from near, is believed enough: it
+approaches such a place before anything is compared. In a room it first turns around, and says that
+it has arrived only if it is as sure then: seen from its door one room looks like another. When
+nothing is worth its way any more, the robot goes back to the likeliest place if that is likely
+enough, else the search ends.
 """
 
 from __future__ import annotations
@@ -49,16 +50,16 @@ if TYPE_CHECKING:  # a search may be made without a camera
     from vizbot.perception.perception import Perception
 
 CLOSING = 2.0
-"""Distance of a believed place that the robot goes up to before anything else [m]."""
+"""Distance within which the robot approaches a believed place before anything else [m]."""
 AROUND = 1.6
 """Distance of places that one patch may show [m]: what stands before a thing is believed for its
-sake, and the thing itself is gone up to."""
+sake, and the robot approaches the thing."""
 LOOK_WAY = {"place": 0.5, "frontier": 2.0}
 """What looking costs once the robot is there, by the kind of option, as a length of way [m]."""
 LOOK_STEPS = 2
 """Steps after which the view from where the robot stands is in the map."""
 HELD = 0.8
-"""Share of the probability that a place which the robot goes up to may lose on the way."""
+"""Factor on the threshold of a place while the robot approaches it."""
 MOST_BELIEFS = 64
 """Goals whose beliefs are kept."""
 _ON_SPOT = 0.25
@@ -71,8 +72,8 @@ class _SurePlace:
 
     Attributes:
         xy: (2,) in `map` [m].
-        probability: That it is what is asked for.
-        threshold: What is enough for it.
+        probability: Probability that it is the goal.
+        threshold: Probability that it needs.
     """
 
     xy: NDArray[np.float64]
@@ -82,11 +83,11 @@ class _SurePlace:
 
 
 class BeliefSearch:
-    """The `Search` by what is believed of places.
+    """The `Search` by the probabilities of places.
 
     Attributes:
-        goal: What is searched for, or was last; None before.
-        answer_xy: (2,) the place that the robot has arrived at last, in `map` [m]; None before.
+        goal: The present or the last goal; None before the first.
+        answer_xy: (2,) the place where the robot arrived last, in `map` [m]; None before the first.
     """
 
     measure: ClassVar = Measure.PROBABILITY
@@ -129,7 +130,7 @@ class BeliefSearch:
         return self.go(goal, self._belief, grid, T_map_base)
 
     def belief_of(self, goal: Goal, question: Query) -> Belief:
-        """The belief for a goal, which outlives the search; `question` has the encoder's log odds.
+        """The belief for a goal, kept after the search; `question` has the encoder's log odds.
 
         The goal that was asked for least recently is forgotten where there are too many.
         """
@@ -169,15 +170,15 @@ class BeliefSearch:
         self._verdicts.affirm(place_xy)
 
     def as_judged(self, goal: Goal, belief: PlaceBelief) -> PlaceBelief:
-        """The belief for a goal after what somebody has said of places."""
+        """The belief for a goal, corrected by what people have said of places."""
         return self._verdicts.applied(belief, goal, searching=goal is self.goal)
 
     def threshold(self, goal: Goal) -> float:
-        """Probability that the newest decision for a goal was held against; before one, `sure`."""
+        """Threshold of the newest decision for a goal; before one, `sure`."""
         return self._threshold if goal is self.goal else self._search.arrival_probability_early
 
     def found_above(self, goal: Goal) -> float:
-        """A probability of the settings, the same for every goal."""
+        """The probability of the settings, the same for every goal."""
         return self._config.objectnav.answer_probability
 
     def candidates(
@@ -255,7 +256,7 @@ class BeliefSearch:
     def _close_in(
         self, belief: PlaceBelief, sure: float, costmap: Costmap, T_map_base: SE3
     ) -> Decision | None:
-        """Go up to what the robot is sure of near by, look, and stop; None where it is not sure."""
+        """Approach a place near by that the robot is sure of, look, and stop; None without one."""
         for place in self._sure_places(belief, sure, costmap, T_map_base):
             if (decision := self._go_up_to(place, sure, T_map_base)) is not None:
                 return decision
@@ -266,7 +267,7 @@ class BeliefSearch:
     ) -> Iterator[_SurePlace]:
         """Places near by that the robot is sure of, the most probable first.
 
-        Each is looked for when it is asked for, since the aim counts that is left by then.
+        Each is computed when it is asked for, since it depends on the aim at that moment.
         """
         held = self._aim if self._aim is not None and self._aim.kind == "stop" else None
         kept = sure if held is None else HELD * min(sure, held.sure)
@@ -298,7 +299,7 @@ class BeliefSearch:
             yield _SurePlace(places_xy[chosen], float(probabilities[chosen]), threshold, navigation)
 
     def _go_up_to(self, place: _SurePlace, sure: float, T_map_base: SE3) -> Decision | None:
-        """Go up to a place, look, and stop; None where a room is doubted after a turn in it."""
+        """Approach a place, look, and stop; None where a room is doubted after a turn in it."""
         xy, score, navigation = place.xy, place.probability, place.navigation
         aim = self._aim
         if aim is None or not self._aims_at("stop", xy):
@@ -335,9 +336,9 @@ class BeliefSearch:
     def _likeliest_around(
         self, place: int, places_xy: NDArray[np.float64], probabilities: NDArray[np.float64]
     ) -> int:
-        """The likeliest of the places around one of them, if only half as much doubt is left of it.
+        """The likeliest place around a place, if its doubt is at most half as large.
 
-        Otherwise, and of a room, which is large, it is that one itself.
+        Otherwise, and for a room, which is large, the place itself.
         """
         if self._wants_room:
             return place
@@ -363,11 +364,11 @@ class BeliefSearch:
 
     @property
     def _worth_trying(self) -> float:
-        """Worth below which nothing is tried any more: the longer in vain, the less is left."""
+        """Worth below which nothing is tried any more; it rises during a search."""
         return self._at_now(0.0, 0.0, self._search.min_probability_per_metre)
 
     def _at_now(self, early: float, late: float, last: float) -> float:
-        """What runs from `early` over `late`, after the patience, to `last`, after twice of it."""
+        """A value that goes from `early` over `late`, when a search is late, to `last`."""
         times = np.array([0.0, 1.0, 2.0]) * self._search.late_after_steps
         return float(np.interp(self._steps, times, [early, late, last]))
 
@@ -403,7 +404,7 @@ class BeliefSearch:
         return Decision(STOP, "nothing left to try", threshold=least, ended=ended)
 
     def _worth(self, option: Option) -> float:
-        """Probability over way, and more for what the robot is on its way to."""
+        """Probability divided by way, and more for the present aim."""
         ratio = option.probability / (option.way + LOOK_WAY[option.kind])
         if option.kind == "place":
             ratio *= min(option.probability / self._search.candidate_probability, 1.0) ** 2
@@ -436,7 +437,7 @@ class BeliefSearch:
         return reasons.exploring(self._aim.advantage, options)
 
     def _aims_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
-        """Whether this is what the robot does now."""
+        """Whether an option is the present aim."""
         return self._aim is not None and self._aim.is_at(kind, xy)
 
     def _navigate(
@@ -460,7 +461,7 @@ class BeliefSearch:
 
 
 def _without(belief: PlaceBelief, places_xy: NDArray[np.float64]) -> PlaceBelief:
-    """A belief in which nothing is at some places (N, 2) in `map` [m]."""
+    """A belief with probability 0 at some places (N, 2) in `map` [m]."""
     if len(places_xy) == 0:
         return belief
     rows, columns = np.nonzero(belief.probabilities)

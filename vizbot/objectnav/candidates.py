@@ -28,7 +28,7 @@ NOTHING_SEEN = PlaceBelief(
 
 
 def question_of(goal: Goal) -> Query:
-    """What the beliefs of places are asked for a goal."""
+    """The question by which places are believed to be a goal."""
     return Query(goal.embedding, goal.log_odds, goal.rivals)
 
 
@@ -38,7 +38,7 @@ def believed_places(
     belief: PlaceBelief,
     answer_xy: NDArray[np.float64] | None = None,
 ) -> tuple[Candidate, ...]:
-    """The likeliest places for a goal; `answer_xy` (2,), where it arrived [m], then the best."""
+    """The likeliest places for a goal: `answer_xy` (2,) [m], where it arrived, then the best."""
     elements = perception.clip_map.elements
     likeliest = likeliest_places(
         belief,
@@ -60,6 +60,6 @@ def believed_places(
 
 
 def scores_of(belief: PlaceBelief) -> PlaceScores:
-    """The probabilities of places, as people are shown them."""
+    """The probabilities of places in the form that people are shown."""
     values = np.where(belief.seen, belief.probabilities, UNSEEN).astype(np.float32)
     return PlaceScores(belief.low, PLACE, values)

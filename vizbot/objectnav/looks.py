@@ -9,7 +9,7 @@ from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.types import SE3, Twist
 
 APART = 0.8
-"""Places nearer to each other than this are one thing [m]."""
+"""Places nearer to each other than this count as one thing [m]."""
 SPOTS_APART = 1.0
 """Least distance between spots from which a place is looked at [m]."""
 RINGS = (1.1, 1.6, 2.1)
@@ -21,7 +21,7 @@ _RING_XY = np.concatenate(
 
 
 class Looks:
-    """Places that one search has looked at from near and not believed, and from where."""
+    """Places that a search has looked at from near without believing them, and the spots."""
 
     def __init__(self) -> None:
         self._places_xy = self._spots_xy = np.zeros((0, 2))

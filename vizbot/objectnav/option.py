@@ -1,4 +1,4 @@
-"""What the search may do next, and what it does now."""
+"""What the search may do next (options), and what it does now (the aim)."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ class Option:
     Attributes:
         kind: "place" or "frontier".
         xy: (2,) in `map` [m].
-        probability: That it does.
-        way: What it takes, in metres of free floor.
-        spot_xy: (2,) from where a place is looked at that was looked at before; else None.
+        probability: Probability that it does.
+        way: Length of the way to it, in metres of free floor.
+        spot_xy: (2,) the spot from which to look at a place again; None for a first look.
         seen_from: (2,) where the camera stood when it saw a place best; None where the robot may
             come from any side.
-        area: What is unseen behind a frontier, as far as it counts [m^2].
-        likeness: To the goal, of what was seen beside a frontier [standard deviations].
+        area: Unseen area behind a frontier, as far as it counts [m^2].
+        likeness: Likeness to the goal of what was seen beside a frontier [standard deviations].
     """
 
     kind: str
@@ -42,11 +42,11 @@ class Aim:
 
     Attributes:
         kind: "place", "frontier", or "stop" for a place that the robot is sure of.
-        xy: (2,) where that is, in `map` [m].
-        spot_xy: (2,) from where it is looked at next; None for anywhere within reach.
+        xy: (2,) where it is, in `map` [m].
+        spot_xy: (2,) the spot from which to look next; None for anywhere within reach.
         sure: Probability that a place of kind "stop" had to have when it became the aim.
         looking: Steps for which the robot has stood before it, facing it.
-        advantage: Of the frontier over the other ones when it was chosen, in words; else empty.
+        advantage: Why this frontier was chosen among the others, in words; empty for other kinds.
     """
 
     kind: str
@@ -57,5 +57,5 @@ class Aim:
     advantage: str = ""
 
     def is_at(self, kind: str, xy: NDArray[np.float64]) -> bool:
-        """Whether it is this, at (2,) in `map` [m]; as more is seen, the point of it moves."""
+        """Whether the aim is this one at (2,) in `map` [m]; its point moves as more is seen."""
         return self.kind == kind and bool(np.linalg.norm(self.xy - xy) <= APART)

@@ -13,9 +13,9 @@
                 a_t <- Navigation(M^Depth_t, g_t, P_t)
     return a_t
 
-One view decides, by its cosine alone: nothing is looked at twice, and the robot stops where it has
-reached what it was led to. The paper does not say how the loop ends when nothing on the map can be
-reached; here the goal is not found then.
+One view decides, by its cosine alone: the robot looks at nothing twice, and stops where it has
+reached the element that it drove to. The paper does not say how the loop ends when nothing on the
+map can be reached; here the search then ends as not found.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ if TYPE_CHECKING:  # a search may be made without a camera
     from vizbot.perception.perception import Perception
 
 LOWERING = 0.001
-"""Theta is lowered by this much at a time."""
+"""Theta is lowered by this at a time."""
 REACH = Reach(distance=1.0, extent=0.6)
 """When an element is reached; the paper counts a stop within 2 m of the thing (section IV-C)."""
 
@@ -103,7 +103,8 @@ def decide(
     if distant is not None:
         return PaperAction(distant, None, theta)
     lowered = lowered_thetas(theta, sightings.similarities)
-    # What can be reached can still be reached with a lower theta, so that halving finds the first.
+    # What can be reached with one theta can be reached with a lower one, so bisection finds the
+    # first.
     first = bisect_left(lowered, True, key=lambda each: find_and_navigate(each) is not None)
     return find_and_navigate(lowered[first]) if first < len(lowered) else None
 
@@ -139,7 +140,7 @@ class RunningScores:
 
 
 class PaperSearch:
-    """The `Search` that goes by nothing else: it leaves no place out, and believes nothing.
+    """The `Search` by Algorithm 1 alone: it leaves no place out, and has no beliefs.
 
     Attributes:
         answer: Index of the element that the robot has arrived at last; None before.

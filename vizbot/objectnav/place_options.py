@@ -1,4 +1,4 @@
-"""Places that may be what is asked for, and frontiers that may show it, as options."""
+"""Options of the search: places that may be the goal, and frontiers that may show it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from vizbot.objectnav.option import Aim, Option
 from vizbot.objectnav.search_parts import SearchParts
 
 REACH = Reach(distance=1.3, extent=0.6)
-"""From where a place is looked at, and has been arrived at. From nearer the camera loses what lies
-on the floor, or hangs on a wall."""
+"""Where a place is looked at, and counts as arrived at. From nearer the camera does not see what
+lies on the floor or hangs on a wall."""
 ROOM_REACH = Reach(distance=0.9, extent=0.6)
-"""The same of a room: who only looks in from outside has not arrived."""
+"""Where a room counts as arrived at: a robot that looks in from outside has not arrived."""
 MOST_CANDIDATES = 8
 LEAST = 0.02
-"""Less likely places are not looked at, even when nothing else is left."""
+"""Least probability of a place that is looked at, even when nothing else is left."""
 
 
 class PlaceOptions:
@@ -57,7 +57,7 @@ class PlaceOptions:
             if counts[best] == 0:
                 front = None if side is None else fronts_xy[best]
                 way = self._way(xy, front, costmap, ways)
-                if not np.isfinite(way):  # in sight from nowhere: tried as it is, and then left
+                if not np.isfinite(way):  # visible from no spot: try it as it is, then leave it
                     way = float(ways.costs(fronts_xy[best][None], REACH.distance)[0])
             elif (kept := _kept_spot(aim, xy, ways)) is not None:
                 way, spot = kept
@@ -83,10 +83,10 @@ class PlaceOptions:
 def fronts_of(
     costmap: Costmap, places_xy: NDArray[np.float64], seen_from: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """What lies before places for who saw them, and whether it is known to be free.
+    """Points in front of places, on the side they were seen from, and whether each is known free.
 
-    Where nothing is, it is the point on the line of sight that is as far before the place as what
-    fills it may reach.
+    Where nothing stands there, it is the point on the line of sight that is as far from the place
+    as an object in it may reach.
 
     Args:
         costmap: Where the robot may be.
@@ -130,7 +130,7 @@ class FrontierOptions:
     GAIN_REACH: ClassVar = 5.0
     """How far behind a frontier the unseen area counts [m]."""
     MOST_GAIN: ClassVar = 30.0
-    """How much of it counts at most [m^2]."""
+    """Largest unseen area behind a frontier that counts [m^2]."""
     VALUE_RADIUS: ClassVar = 1.5
     """What was seen within this distance of a frontier says what may be behind it [m]."""
     TURN_WAY: ClassVar = 0.1
@@ -153,7 +153,7 @@ class FrontierOptions:
         stand_off = self._config.frontier.stand_off
         costs, within = ways.costs(points_xy, stand_off), stand_off - settings.reach_margin
         for i in np.flatnonzero(np.isfinite(costs)):
-            # One that is in sight from nowhere is tried as it is, and then given up.
+            # A frontier that is visible from no spot is tried as it is, and then given up.
             way = ways.cost_to_reach(costmap, points_xy[i], within, grid.resolution)
             costs[i] = way if np.isfinite(way) else costs[i]
         reached_xy = points_xy[np.isfinite(costs)]

@@ -40,11 +40,11 @@ ABOVE = "the similarity {score} is above theta, {theta}"
 NONE_LEFT = "nothing unseen can be reached"
 
 _ALIKE = 0.5
-"""Likeness from which what was seen beside a frontier is said to be why [standard deviations]."""
+"""Likeness from which the reason is what was seen beside a frontier [standard deviations]."""
 
 
 def near_by(probability: float, *, sure: bool, standing: bool) -> str:
-    """Why the robot goes up to a place near by, or looks at it.
+    """Why the robot approaches a place near by, or looks at it.
 
     The `probability` that it is the goal is enough to arrive where `sure`.
     """
@@ -53,7 +53,7 @@ def near_by(probability: float, *, sure: bool, standing: bool) -> str:
 
 
 def looking_closer(option: Option, T_map_base: SE3) -> str:
-    """Why a place is gone to that may be the goal; one with a spot was looked at before."""
+    """Why the robot goes to a place that may be the goal; one with a spot was looked at before."""
     again = option.spot_xy is not None
     clause, tells = (MAY_BE_AFTER_ALL, FROM_ELSEWHERE) if again else (MAY_BE, FROM_NEAR)
     said = _of_place(clause, option.xy, option.probability, T_map_base)
@@ -66,7 +66,7 @@ def going_back(place_xy: NDArray[np.float64], probability: float, T_map_base: SE
 
 
 def exploring(advantage: str, options: Sequence[Option]) -> str:
-    """Why a frontier is gone to: its `advantage` over the other `options` (`advantage_of`)."""
+    """Why the robot goes to a frontier: its `advantage` (`advantage_of`) over other `options`."""
     chances = [option.probability for option in options if option.kind == "place"]
     less = LESS_WORTH.format(chance=f"{max(chances):.0%}") if chances else NOTHING_SEEN
     return f"{advantage}{CLAUSE_JOINT}{less}"

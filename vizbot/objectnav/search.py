@@ -1,4 +1,4 @@
-"""The search for a goal on one map, whichever method it goes by."""
+"""The search for a goal on one map, by either method."""
 
 from __future__ import annotations
 
@@ -46,15 +46,15 @@ class Search(Protocol):
         ...
 
     def place_of(self, navigation: Navigation) -> NDArray[np.float64] | None:
-        """The place (2,) in `map` [m] that a way of this search leads up to; None without one."""
+        """The place (2,) in `map` [m] that a way of this search leads to; None without one."""
         ...
 
     def threshold(self, goal: Goal) -> float:
-        """The score that the newest decision for a goal was held against, or the first will be."""
+        """The threshold of the newest decision for a goal, or of the first one to come."""
         ...
 
     def found_above(self, goal: Goal) -> float:
-        """The score above which a place on the map answers a goal, as nothing is driven."""
+        """The score above which a place on the map answers a goal without driving there."""
         ...
 
     def candidates(
@@ -70,27 +70,27 @@ class Search(Protocol):
             None where nothing is searched for, or nothing was seen.
 
         Raises:
-            ConfigError: this search believes nothing of places.
+            ConfigError: this search has no beliefs.
         """
         ...
 
     def refute(self, place_xy: NDArray[np.float64] | None = None) -> None:
-        """Take it that a place is not what is searched for, and let the search go on.
+        """Note that a place is not the goal, and let the search go on.
 
         Every search for the same words on this map believes it less.
 
         Args:
-            place_xy: (2,) in `map` [m]; None for where the robot has arrived.
+            place_xy: (2,) in `map` [m]; None for the place where the robot has arrived.
 
         Raises:
-            ConfigError: this search believes nothing of places.
+            ConfigError: this search has no beliefs.
         """
         ...
 
     def affirm(self, place_xy: NDArray[np.float64]) -> None:
-        """Take it that what is searched for is at (2,) a place in `map` [m], for this search.
+        """Note, for this search, that the goal is at (2,) a place in `map` [m].
 
         Raises:
-            ConfigError: this search believes nothing of places.
+            ConfigError: this search has no beliefs.
         """
         ...

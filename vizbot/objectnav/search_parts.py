@@ -1,4 +1,4 @@
-"""Parts that the search by belief can do without, for those who ask what each is worth."""
+"""Parts of the search by belief that can be left out, to measure what each is worth."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from mapping.clip.evidence import WEIGHTS_FILE
 
 @dataclass(frozen=True, slots=True)
 class SearchParts:
-    """What the search has.
+    """Which parts the search has.
 
     Attributes:
-        most_looks: From so many spots a place is looked at.
+        most_looks: Number of spots from which a place is looked at.
         likeness: Whether what was seen near a frontier says what may be behind it.
         weights: File of the numbers that make a belief of what was seen.
     """

@@ -1,4 +1,4 @@
-"""What a tick is done for, and what is decided in it."""
+"""The tasks of a tick, and the decision that it makes."""
 
 from __future__ import annotations
 
@@ -42,8 +42,9 @@ class Goal:
         embedding: (D,) float32 unit, by the encoder of the run.
         threshold: Theta, for the method `paper`.
         note: How the encoder understands the words, in one line; None where it needs no saying.
-        rivals: (R, D) of what a place may be instead, as of `Query`; only rooms have any.
-        log_odds: Scale and bias of the encoder, as of `TextEncoder`; None where they are not known.
+        rivals: (R, D) embeddings of what a place may be instead, as in `Query`; only rooms have
+            any.
+        log_odds: Scale and bias of the encoder, as in `TextEncoder`; None where they are not known.
     """
 
     text: str
@@ -87,7 +88,7 @@ class Waypoint:
 
 @dataclass(frozen=True, slots=True)
 class ShortMove:
-    """A turn on the spot or a way straight ahead that somebody named, one of them.
+    """A turn on the spot or a distance straight ahead that somebody named: one of the two.
 
     Attributes:
         turn: Counterclockwise, -2 pi to 2 pi [rad].
@@ -118,14 +119,15 @@ class Decision:
         activity: What the robot is doing, in plain words.
         navigation: The way that the twist is part of; None without one.
         exploring: Whether that way leads into the unknown.
-        threshold: The score that the places of the goal were held against; None where none were.
+        threshold: The score that the places of the goal were compared with; None where none were.
         why: Why this is done, as in `Step`; empty where it needs no saying.
         ended: How the task ended in this step, and why in one line; None while it goes on.
-        score: Of the place that this is done for; None where it is done for none.
+        score: Score of the place that this is done for; None where it is done for none.
         question: As in `Step`.
         leaves_dock: Whether the twist takes the robot off its dock.
-        idle: Whether the robot waits for a person, or the base finds its dock: no progress is due.
-        way_left: Of a move without a path, a way [m] or a turn [rad]; None without such a move.
+        idle: Whether the robot waits for a person or the base looks for its dock, so that no
+            progress is due.
+        way_left: What is left of a move without a path, a distance [m] or a turn [rad]; else None.
     """
 
     twist: Twist

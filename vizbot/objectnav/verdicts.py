@@ -1,4 +1,4 @@
-"""What people have said of the places that the robot went up to."""
+"""What people have said of the places that the robot approached."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from vizbot.objectnav.looks import APART
 from vizbot.objectnav.tasks import Goal
 
 REFUTED = 0.05
-"""Factor of the probability of a place of which somebody has said that it is not it."""
+"""Factor on the probability of a place that somebody has said is not the goal."""
 OF_ROOM = 2.0
-"""So far around a place that is not in the room asked for no other place is in it either [m]: half
-of the width of a common room, beyond which the right one may begin."""
+"""Places within this distance of a place that is not in the wanted room are not in it either [m]:
+half of the width of a common room, beyond which the right one may begin."""
 
 
 class Verdicts:
@@ -32,11 +32,11 @@ class Verdicts:
         self._affirmed_xy: NDArray[np.float64] | None = None
 
     def refute(self, text: str, place_xy: NDArray[np.float64]) -> None:
-        """Take it that (2,) a place in `map` [m] is not what these words ask for."""
+        """Note that (2,) a place in `map` [m] is not what these words ask for."""
         self._refuted.setdefault(text, []).append(place_xy)
 
     def affirm(self, place_xy: NDArray[np.float64]) -> None:
-        """Take it that what is searched for now is at (2,) a place in `map` [m]."""
+        """Note that the present goal is at (2,) a place in `map` [m]."""
         self._affirmed_xy = place_xy
 
     def forget_affirmed(self) -> None:
@@ -44,7 +44,7 @@ class Verdicts:
         self._affirmed_xy = None
 
     def applied(self, belief: PlaceBelief, goal: Goal, *, searching: bool) -> PlaceBelief:
-        """A belief after what was said: little is left of what is not it; what is it is certain."""
+        """A belief after these verdicts: refuted places lose most of it, affirmed ones are sure."""
         refuted = self._refuted.get(goal.text, [])
         affirmed_xy = self._affirmed_xy if searching else None
         if not refuted and affirmed_xy is None:

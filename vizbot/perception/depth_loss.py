@@ -1,10 +1,10 @@
 """Loss of depth: whether depth images show nothing, and whether the obstacle map explains it.
 
-A camera right in front of a wall measures no depth either (a D435i none below 0.28 m), and of a
-bare wall that fills its view none at all. The obstacle map shows that wall. Where it shows none,
-the camera may be broken, covered or dazzled, until it measures depth again. If it does so in
-another direction, it was in front of something that the map has missed, as a bare wall:
-`unseen_ahead` says where that may stand.
+A camera right in front of a wall measures no depth (a D435i none below 0.28 m), nor does one whose
+view a bare wall fills. The obstacle map shows that wall. Where it shows none, the camera may be
+broken, covered or dazzled, until it measures depth again. If it does so in another direction, it
+was in front of something that the map has missed, as a bare wall: `unseen_ahead` says where that
+may stand.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vizbot.core.types import SE3, OccupancyGrid, RGBDFrame
 log = logging.getLogger(__name__)
 
 _LEAST_SHARE = 0.02
-"""With depth at a smaller share of the pixels the camera may miss what stands in the way."""
+"""Least share of pixels with depth; with fewer the camera may miss what stands in the way."""
 _TOO_NEAR = 0.6
 """An obstacle within this distance ahead of the base may hide everything from its camera [m]."""
 _HALF_VIEW = tan(radians(35.0))
@@ -74,9 +74,9 @@ class DepthLossMonitor:
 
 
 def unseen_ahead(grid: OccupancyGrid, T_map_base: SE3, view: FrontierConfig) -> NDArray[np.float64]:
-    """Where something may stand that hides everything from the camera: the nearest unseen places.
+    """The nearest unseen places, where something may stand that hides everything from the camera.
 
-    Farther off than where the floor comes into view nothing hides everything.
+    Nothing that stands beyond where the floor comes into view can hide everything.
 
     Args:
         grid: The obstacle map.

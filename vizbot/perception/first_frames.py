@@ -1,7 +1,7 @@
 """The first frames of a run, compared with what a robot's camera can deliver.
 
-A calibration of another resolution, a wrong depth scale, or stamps that are no seconds make a map
-that looks like one and is none.
+A calibration of another resolution, a wrong depth scale, or stamps that are not in seconds make a
+map that looks right and is wrong.
 """
 
 from __future__ import annotations
@@ -19,26 +19,28 @@ from vizbot.core.types import SE3, Intrinsics, RGBDFrame
 log = logging.getLogger(__name__)
 
 _FRAMES, _EVERY = 50, 10
-"""Frames whose stamps and depth are judged, and of how many one is looked at."""
+"""Number of frames whose stamps and depth are judged, and the interval between those looked at
+[frames]."""
 _MOST_FRAMES, _VIEWS, _OTHER_VIEW = 600, 4, 0.1
-"""Frames among which views of the floor are looked for, views that are enough, and the least mean
-change of depth between two, of the depth: a bed may fill the view of a robot at rest."""
+"""Number of frames among which views of the floor are looked for, number of views that is enough,
+and least mean change of depth between two of them as a fraction of depth: a bed may fill the view
+of a robot at rest."""
 _FARTHEST_OFF_CENTRE = 0.1
-"""Of the principal point, in widths and heights of the image."""
+"""Largest distance of the principal point from the centre, in widths and heights of the image."""
 _NEAREST_DEPTH, _LEAST_USABLE = 0.2, 0.7
-"""Depth that a camera measures begins there [m]; least share of depth up to `FARTHEST_DEPTH`."""
+"""Least depth that a camera measures [m]; least share of depth between it and `FARTHEST_DEPTH`."""
 _UPRIGHT = 0.5
 """Least share of gravity along an upright image; a camera that is tilted by 60 degrees has it."""
 _HEIGHTS = 0.4, 2.0
-"""Of a camera without a base, above the floor [m]."""
+"""Heights above the floor that a camera without a base may have [m]."""
 _OFF_MOUNT, _AGREEING = 0.2, 0.05
 """Largest error of a height by the settings, and of two estimates that agree, of the height."""
 _PERIODS = 1 / 250, 2.0
-"""From one frame to the next [s]."""
+"""Times from one frame to the next that a camera may have [s]."""
 
 
 class FirstFrames:
-    """Warns, once and in a line each, of what the first frames of a camera cannot be.
+    """Warns, in one line for each fault, where the first frames of a camera cannot be right.
 
     How high the camera is above the floor is said in any case.
     """

@@ -57,11 +57,11 @@ class ObstacleMapper(Protocol):
     def mark_obstacle(
         self, T_map_base: SE3, points: NDArray[np.float64], *, touched: bool = False
     ) -> None:
-        """Add obstacles at `points` (N, 2) x, y in `base` [m], perhaps only touched."""
+        """Add obstacles at `points` (N, 2) x, y in `base` [m], which may only have been touched."""
         ...
 
     def infer_obstacle(self, T_map_base: SE3, points: NDArray[np.float64]) -> None:
-        """Take obstacles to be at `points` (N, 2) x, y in `base` [m] until depth shows floor."""
+        """Mark obstacles at `points` (N, 2) x, y in `base` [m] until depth shows floor there."""
         ...
 
     def forget_touched(self) -> bool:

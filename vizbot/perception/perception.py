@@ -45,7 +45,7 @@ _OVEREXPOSED = 250
 _LEAST_EXPOSED = 0.2
 """An image shows something when at least this share of it is not overexposed."""
 _DISTANCE, _TURN = 0.1, radians(10.0)
-"""Images from closer together show the same [m, rad]."""
+"""Images taken closer together than this show the same [m, rad]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,9 +53,9 @@ class _Embedded:
     """What the CLIP map takes from a frame.
 
     Attributes:
-        elements: Of the frame.
-        statistics: (M, 2) of them, as of `Background.statistics`.
-        footprint: Which places they show; None where the view is no new one.
+        elements: The frame's elements.
+        statistics: (M, 2) statistics of the elements, as in `Background.statistics`.
+        footprint: Places that the patches show; None where the view is not a new one.
     """
 
     elements: FrameElements
@@ -85,8 +85,8 @@ class Perception:
         """Begin the maps where the first frame is taken, or continue a saved map.
 
         Args:
-            first: First frame, for intrinsics and, without a known mount, the floor. It is still to
-                be given to `update`.
+            first: First frame, for intrinsics and, without a known mount, the floor. Pass it to
+                `update`, too.
             T_base_cam: Where the camera sits; None estimates it from the first frame, and takes a
                 level camera at 1.5 m where no floor is seen.
             encoder: Embeds the patches.
@@ -146,9 +146,9 @@ class Perception:
     def update(
         self, frame: RGBDFrame, T_odom_base: SE3 | None, *, lifted: bool = False
     ) -> PoseEstimate:
-        """Work one frame into the poses and the obstacle map; an interrupt ends it afterwards.
+        """Add one frame to the poses and the obstacle map; an interrupt takes effect afterwards.
 
-        A frame whose place is unknown does not enter the obstacle map.
+        A frame whose pose is unknown does not enter the obstacle map.
 
         `frame` is newer than all before it; `T_odom_base` is by the wheels, None without a base;
         `lifted`: the robot hangs in the air.
@@ -202,7 +202,7 @@ class Perception:
         return self._pictures
 
     def believe(self, belief: Belief) -> PlaceBelief:
-        """What a belief, which may have followed this map before, has of it now."""
+        """Update a belief, which may have followed this map before, and return what is believed."""
         placed = self.places.placed(self.slam.keyframe_poses())
         return belief.update(
             self.clip_map.embeddings, self.statistics, self.pictures, self.places.rows, placed
@@ -242,7 +242,7 @@ class Perception:
         return self.snapshot().bundle()
 
     def embed(self, frame: RGBDFrame, estimate: PoseEstimate, *, standing: bool = False) -> None:
-        """Work the newest frame into the CLIP map, if its place is known and the encoder is free.
+        """Add the newest frame to the CLIP map, if its pose is known and the encoder is free.
 
         `frame` is what `update` had last. Where the robot waits, `standing`, a frame from where the
         previous one was taken is left out, so that the map does not grow.
@@ -288,7 +288,7 @@ class Perception:
                 self._log_encoder(error)
                 return
             self._log_encoder(None)
-            with holding_interrupts():  # or the map's parts would not fit together
+            with holding_interrupts():  # else the parts of the map would not fit together
                 self._add(embedded, estimate, index)
             self._T_map_embedded = estimate.T_map_cam
 

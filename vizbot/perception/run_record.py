@@ -1,4 +1,4 @@
-"""What a run has recorded of poses and coloured points; it grows without moving what is there."""
+"""The poses and coloured points that a run has recorded; it grows without moving earlier ones."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from mapping.keyframes.anchors import Cloud, Keyframes, Trajectory
 from vizbot.core.types import PoseEstimate
 
 _CLOUD_ROOM = 1 << 28
-"""Points that have addresses, as many as some 17 hours of driving give."""
+"""Number of points that have addresses: some 17 hours of driving give as many."""
 
 
 class RunRecord:
-    """Poses of all frames and a coloured cloud. What it gives out later additions do not change."""
+    """Poses of all frames and a coloured cloud. Later additions do not change returned arrays."""
 
     def __init__(self, trajectory: Trajectory | None = None, cloud: Cloud | None = None) -> None:
         """Begin empty, or with trajectory and cloud of a saved map."""
@@ -33,7 +33,7 @@ class RunRecord:
     def going_on(
         cls, trajectory: Trajectory, cloud: Cloud, keyframes: Keyframes, before: float
     ) -> RunRecord:
-        """Go on with what a saved map recorded, as if all of it were from before a time [s]."""
+        """Continue the record of a saved map, as if all of it were from before a time [s]."""
         late = trajectory.late(before)
         shifted = Trajectory(
             trajectory.stamps - late,

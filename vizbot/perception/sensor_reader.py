@@ -18,7 +18,7 @@ _WAKE_UP_TIME = 1.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SensorReading:
-    """What a tick begins with.
+    """The readings that a tick begins with.
 
     Attributes:
         frame: Newer than all before it.
@@ -58,7 +58,7 @@ class SensorReader:
     def _read_camera(self) -> RGBDFrame | None:
         """The next frame, as soon as there is one; None at the end of a recording.
 
-        It is where an interrupt that is held may end the run: nothing is half done here.
+        A held interrupt may end the run here, where nothing is half done.
         """
         while True:
             raise_held_interrupt()

@@ -1,4 +1,4 @@
-"""What of a run is simulated, checked before anything of it is opened."""
+"""The choice of what a run simulates, checked before anything is opened."""
 
 from __future__ import annotations
 

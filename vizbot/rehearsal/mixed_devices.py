@@ -24,7 +24,7 @@ _CONTACT = (
 
 
 class WithoutImu(Closeable):
-    """A camera without its IMU, which would not measure how the base beside it turns."""
+    """A camera without its IMU, which does not turn with the simulated base."""
 
     def __init__(self, camera: Camera) -> None:
         self._camera = camera
@@ -45,9 +45,10 @@ class WithoutImu(Closeable):
 
 
 class FollowedBase(Closeable):
-    """A real base whose simulated double follows its encoders.
+    """A real base whose encoders move the simulated robot.
 
-    Simulated contacts are added to the real ones, so that the double does not drive through walls.
+    Simulated contacts are added to the real ones, so that the simulated robot does not drive
+    through walls.
     """
 
     def __init__(self, base: Base, world: World) -> None:

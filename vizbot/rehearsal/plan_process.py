@@ -1,7 +1,6 @@
 """A world that a process of its own plans, while this one loads what it needs to drive there.
 
-Drawing a home takes a second of work that holds the interpreter, as do imports; in two processes
-they share nothing.
+Drawing a home occupies the interpreter for a second, as imports do; two processes do both at once.
 """
 
 from __future__ import annotations
@@ -103,7 +102,7 @@ class PlanProcess(Closeable):
 def main() -> None:
     """Write plan and shape of the world that standard input asks for to standard output.
 
-    It ends with whoever reads that.
+    It ends when the reader of its output does.
     """
     end_when_left(sys.stdout.fileno())
     from sim_stubs.world.world_name import plan_world, shape_of

@@ -213,7 +213,7 @@ def open_world_and_encoder(
     open_encoder: Callable[[], ClipEncoder],
     opened: ExitStack,
 ) -> tuple[World | str, ClipEncoder]:
-    """The world of a rehearsal, which refuses more than an encoder does, and sooner; the encoder.
+    """The world of a rehearsal, opened first because it refuses more; and the encoder.
 
     The encoder of a planned world opens beside it: waits for the plan and for MuJoCo leave it the
     interpreter.

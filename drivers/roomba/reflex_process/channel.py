@@ -1,4 +1,4 @@
-"""The connection between who drives and the process of the base: neither waits for the other."""
+"""The connection between the program and the process of the base: neither waits for the other."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ SILENCE = 0.35
 """Longest time between two signs of life of a healthy process [s]: reading takes 20 ms, writing to
 a stuck line 100 ms, and a busy machine may make it wait."""
 OPENING = 5.0
-"""The same time while it opens the port [s]."""
+"""The same time while the process opens the port [s]."""
 PERIOD = 0.02
 """Time between two looks at the process [s]."""
 _LOOKS = 3
@@ -49,7 +49,7 @@ SharedBytes: TypeAlias = "Array[c_ubyte]"
 
 
 class Heartbeat:
-    """What program, watchdog and process share: signs of life, and where to go on."""
+    """Memory that program, watchdog and process share: signs of life, and the last checkpoint."""
 
     def __init__(self, memory: SharedBytes) -> None:
         """Use memory of `shared_memory`; what it holds stays."""
@@ -134,7 +134,7 @@ class Watchdog:
 
         Args:
             serve: The work of the process, which ends it by returning.
-            stop: Stops the wheels after it died, with what happened to it. It raises an OSError
+            stop: Stops the wheels after the process died, given why it did. It raises an OSError
                 where nobody is left to drive.
             heartbeat: Shared with who watches this watchdog.
         """
@@ -199,7 +199,7 @@ class Watchdog:
             os._exit(code)
 
     def _watch(self) -> str:
-        """What happened to the process; empty where it ended by itself."""
+        """Why the process ended; empty where it ended by itself."""
         looks = OverdueLooks()
         while True:
             self._heartbeat.beat_as_watchdog(SILENCE)

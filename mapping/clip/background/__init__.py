@@ -1,1 +1,1 @@
-"""What elements and questions are held against: background phrases, and a bank of pictures."""
+"""Background phrases and a bank of pictures, with which elements and questions are compared."""

@@ -1,8 +1,8 @@
 """The bank of pictures as an encoder embeds it, kept for its next run.
 
-With a large encoder on a processor the bank takes minutes, and it is always the same: it is kept by
-what embeds it, in the user's cache. What cannot be read there is made anew, and where nothing can
-be written the run goes on without.
+With a large encoder on a processor the bank takes minutes, and it is always the same: it is kept in
+the user's cache, under the hash of the encoder's weights. A file that cannot be read is made anew,
+and where none can be written the run goes on without.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from vizbot.core.files import read_regular, user_folder, write_whole
 
 log = logging.getLogger(__name__)
 
-Told = Callable[[int, int], None]
-"""Hears how many pictures of how many have been embedded."""
+OnProgress = Callable[[int, int], None]
+"""A function that is called with the number of pictures embedded so far, and of all."""
 _AT_ONCE = 8
 """Pictures in a batch: few, so that progress is seen with a slow encoder, too."""
 _LARGEST = 64 * 1024 * 1024
@@ -36,10 +36,10 @@ _UNIT = 1e-3
 
 @runtime_checkable
 class KnownWeights(Protocol):
-    """An encoder whose weights have a name of their own, whatever they are called on the disk."""
+    """An encoder that can name its weights by a hash, whatever their file is called."""
 
     def weights_hash(self) -> str:
-        """Names what embeds pictures: what has the same name gives the same embeddings."""
+        """Hash of what embeds pictures: equal hashes give equal embeddings."""
         ...
 
     def embed_images(self, images: list[NDArray[np.uint8]]) -> NDArray[np.float32]:
@@ -47,7 +47,7 @@ class KnownWeights(Protocol):
         ...
 
 
-def kept_bank(encoder: KnownWeights, told: Told) -> NDArray[np.float32]:
+def kept_bank(encoder: KnownWeights, on_progress: OnProgress) -> NDArray[np.float32]:
     """The bank (B, D), float32, unit rows: as it is kept, else embedded now and then kept."""
     file = bank_file(encoder)
     pictures = bank()
@@ -56,10 +56,10 @@ def kept_bank(encoder: KnownWeights, told: Told) -> NDArray[np.float32]:
         return kept
     parts = list[NDArray[np.float32]]()
     for start in range(0, len(pictures), _AT_ONCE):
-        told(start, len(pictures))
+        on_progress(start, len(pictures))
         parts.append(encoder.embed_images(list(pictures[start : start + _AT_ONCE])))
     embedded = np.concatenate(parts)
-    told(len(pictures), len(pictures))
+    on_progress(len(pictures), len(pictures))
     _write(file, embedded)
     return embedded
 

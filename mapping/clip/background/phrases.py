@@ -1,11 +1,10 @@
-"""Background phrases: what else a patch may show, to tell how unusual a similarity is.
+"""Background phrases: what else a patch may show, to judge how unusual a similarity is.
 
 They name things, stuff and rooms of homes and offices, or say nothing in particular. A question is
-held against all of them (`mapping.clip.scores`), so that an encoder's own units do not matter.
-
-Of rooms, a place is one alone: what speaks for another room there speaks against the one that is
-asked for (`mapping.clip.belief`). An armchair stands in several. Of things that cannot be said: a
-place may be a sofa and a cushion, and in a living room.
+compared with all of them (`mapping.clip.scores`), so that the units of an encoder do not matter. A
+place is in one room alone: evidence for another room there is evidence against the one that is
+asked for (`mapping.clip.belief`). That does not hold for things: a place may show a sofa and a
+cushion.
 """
 
 from __future__ import annotations
@@ -62,13 +61,13 @@ def _listed(text: str) -> tuple[str, ...]:
 
 
 PHRASES = (*_listed(_THINGS), *_listed(_STUFF), *_listed(_ROOMS), *_listed(_EMPTY))
-"""Phrases that a similarity is held against, some 200."""
+"""Some 200 phrases with which a similarity is compared."""
 PHRASES_ID = sha256("\n".join(PHRASES).encode()).hexdigest()[:12]
 """Names the list: statistics over another one must not be mixed with these."""
 
 
 def other_rooms(text: str) -> tuple[str, ...]:
-    """Rooms that a place is not which is the room that a text asks for; none for another thing.
+    """The rooms that a place is not if it is the room that a text names; none for a thing.
 
     Args:
         text: Words of which the last ones name what is asked for.

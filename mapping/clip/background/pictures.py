@@ -1,4 +1,4 @@
-"""The bank of pictures: what a question is held against, to tell how high similarities to it go.
+"""The bank of pictures, which says how high similarities to a question go.
 
 Encoders give some texts higher similarities than others, whatever a picture shows. How high those
 of a question to these pictures go is one of the numbers that its evidence is made of
@@ -27,7 +27,7 @@ PICTURES_ID = sha256(FILE.read_bytes()).hexdigest()[:12]
 @cache
 def bank() -> tuple[NDArray[np.uint8], ...]:
     """The pictures, RGB (EDGE, EDGE, 3)."""
-    import cv2  # which nobody waits for who is refused
+    import cv2  # imported late, so that a refusal need not wait for it
 
     sheet = cv2.cvtColor(cv2.imread(str(FILE)), cv2.COLOR_BGR2RGB)
     rows = np.split(sheet, len(sheet) // EDGE)

@@ -212,7 +212,7 @@ def furniture_source(
             model = standing(entry, label)
             return model if twin is None else _without_pictures(model, load_model(twin, label))
         if held_out and label in known:
-            raise ConfigError(f"the catalogue has no held-out {label}: mend the split")
+            raise ConfigError(f"the catalogue has no held-out {label}: correct the split")
         return shape(label, rng)
 
     return piece

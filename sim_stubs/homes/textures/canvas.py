@@ -145,7 +145,7 @@ def _noted(note: Path) -> Path | None:
 
 
 def _plain(value: object) -> object:
-    """A value by which calls are told apart, to the last bit of every number."""
+    """A key of a call, which differs where any bit of its numbers does."""
     if isinstance(value, dict):
         return {name: _plain(each) for name, each in value.items()}
     if isinstance(value, tuple | list | np.ndarray):

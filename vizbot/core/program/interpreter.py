@@ -34,7 +34,7 @@ def end_when_left(descriptor: int) -> None:
     Whoever has started it is gone then, in whatever way.
     """
     other_end = select.poll()
-    other_end.register(descriptor, 0)  # that it hangs up is always told
+    other_end.register(descriptor, 0)  # poll always reports that it hangs up
 
     def wait() -> None:
         other_end.poll()

@@ -86,7 +86,7 @@ def letting_interrupts_through() -> Iterator[None]:
 
 
 def first_error(*parts: Callable[[], object]) -> BaseException | None:
-    """Do one part after another, each whatever became of those before it.
+    """Do one part after another, each even if one before it failed.
 
     Returns:
         The first error, an interrupt as one; those after it are logged. None without any.

@@ -119,7 +119,7 @@ class ArrivalState(AnswerModel):
 
 
 class CandidateState(AnswerModel):
-    """The place that the robot goes up to because it may be the goal."""
+    """The place that the robot approaches because it may be the goal."""
 
     number: int
     """The same as long as it is one place."""
@@ -213,7 +213,7 @@ class RobotState(AnswerModel):
     arrival: ArrivalState | None
     """Null before the robot has arrived anywhere, and once another search or map has begun."""
     candidate: CandidateState | None
-    """Null where the robot goes up to nothing that may be the goal."""
+    """Null where the robot approaches nothing that may be the goal."""
     question: str | None
     """What the robot asks before it does anything more; `/continue` says to go on. Null where it
     asks nothing."""
@@ -245,8 +245,8 @@ class RobotState(AnswerModel):
     """What a score is: the probability that a place is the goal, 0 to 1, or by the method `paper`
     the similarity of what it shows, -1 to 1."""
     threshold: float | None = None
-    """What the places were held against in the newest step; 0 without a goal. It falls late in a
-    search, for a place that the robot already goes up to, and where nothing is left to try."""
+    """What the places were compared with in the newest step; 0 without a goal. It falls late in a
+    search, for a place that the robot already approaches, and where nothing is left to try."""
     distance_to_go: float | None = None
     """Along the planned path [m]; null without one."""
 

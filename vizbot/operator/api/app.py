@@ -156,12 +156,12 @@ def _state_router(session: OperatorSession, pictures: Pictures) -> APIRouter:
         summary="Read the picture of a candidate",
         response_class=Response,
         responses={
-            200: picture_response("What the robot goes up to."),
+            200: picture_response("The candidate that the robot approaches."),
             **error_responses(404, 409, 422, 503),
         },
     )
     def candidate_picture(number: int) -> Response:
-        """Read the picture of what the robot goes up to, with a box around it."""
+        """Read the picture of the candidate that the robot approaches, with a box around it."""
         try:
             return picture_answer(session.candidate_picture(number))
         except LookupError as error:

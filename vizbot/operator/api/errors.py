@@ -92,6 +92,6 @@ def encodable(text: str) -> str:
 
 
 def refuse(request: Request, error: Exception) -> JSONResponse:
-    """Answer what raised an error of vizbot: 409 where the asker can mend it, else 503."""
+    """Answer what raised an error of vizbot: 409 where the client can correct it, else 503."""
     status = 409 if isinstance(error, ConfigError | MapError) else 503
     return JSONResponse({"detail": str(error)}, status)

@@ -71,7 +71,7 @@ def open_listener(service: Service) -> socket.socket:
         ConfigError: it cannot be used.
     """
     host, port = service.host, service.port
-    if not host:  # which would be every address, with nobody told so
+    if not host:  # which would silently be every address
         raise ConfigError("--host '' is empty; give an address of this machine, such as 0.0.0.0")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:

@@ -1,7 +1,7 @@
 """The server of the API, beside the robot's loop: the acceptor, and two threads that answer.
 
 Requests to stop have a thread, a loop and a limit of open connections of their own, which no other
-request can fill. Over TLS they cannot be told apart before they are answered, and go with the rest.
+request can fill. Over TLS they cannot be recognised before they are answered, and go with the rest.
 """
 
 from __future__ import annotations

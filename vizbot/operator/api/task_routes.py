@@ -67,7 +67,7 @@ def task_router(session: OperatorSession) -> APIRouter:
         """
         for text in goals.texts:
             if not text.isprintable():
-                raise HTTPException(422, f"the goal {text!r} holds what is no text")
+                raise HTTPException(422, f"the goal {text!r} holds characters that are no text")
         return _queued(session, goals.texts, at_once=goals.at_once)
 
     @router.post("/explore", summary="Queue an exploration", responses=_BODY)
@@ -214,7 +214,7 @@ def sentence_router(dialogue: Dialogue, recordings: Recordings) -> APIRouter:
         try:
             if not text.isprintable():
                 require_length(text)
-                raise HTTPException(422, f"{text!r} holds what is no text")
+                raise HTTPException(422, f"{text!r} holds characters that are no text")
             reply = dialogue.typed(text, sentence.who, at_once=sentence.at_once)
         except SentenceTooLongError as error:
             raise HTTPException(422, str(error)) from error

@@ -146,7 +146,7 @@ def thumbnail(grid: OccupancyGrid) -> Image:
     return np.asarray(cv2.resize(plan, THUMBNAIL, interpolation=cv2.INTER_AREA), np.uint8)
 
 
-def board(step: Step, track: NDArray[np.float64]) -> Image:
+def video_picture(step: Step, track: NDArray[np.float64]) -> Image:
     """The four pictures as one, above what is done and why: a frame of the run's video."""
     a, b, c, d = (_titled(name, picture) for name, picture in panels(step, track).items())
     pictures = np.vstack([np.hstack([a, b]), np.hstack([c, d])])

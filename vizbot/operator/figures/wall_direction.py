@@ -13,7 +13,7 @@ from vizbot.core.observer import Step
 from vizbot.core.types import OccupancyGrid
 
 _LEAST_CELLS = 150
-"""Obstacles that are too few to tell walls from furniture [cells]."""
+"""Number of obstacle cells that is too small to distinguish walls from furniture [cells]."""
 _MOST_CELLS = 6000
 """Of more obstacles every second, third, ... counts [cells]."""
 _COARSE, _FINE = np.radians(2.0), np.radians(0.25)

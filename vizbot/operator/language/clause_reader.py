@@ -1,7 +1,7 @@
 """Finds what is asked for in a line that says more than that.
 
 "My feet hurt can you go to the sofa I told you already" has three clauses, and one of them asks for
-something. The other two only tell something, so they are left out. A clause is left out where
+something. The other two are remarks, so they are left out. A clause is left out where
 nothing in it can change what the others ask for: it forbids nothing, takes nothing back, reports
 nobody's words, sets no condition and no time, and begins like no order.
 
@@ -55,7 +55,7 @@ _FEWEST_WORDS = 3
 
 
 class ClauseReader:
-    """Tells the clauses of one language that ask for something from those that do not."""
+    """Separates the clauses of one language that ask for something from those that do not."""
 
     def __init__(
         self,
@@ -327,7 +327,7 @@ class ClauseReader:
         return not (order or strange or goal or self.corrects(clause))
 
     def _takes_back(self, clause: str) -> bool:
-        """Whether a clause tells that what was asked for before it is not."""
+        """Whether a clause takes back what was asked for before it."""
         forbids = self._wording.forbids(clause) and self._retracts.search(clause) is not None
         return forbids or self.denies(clause)
 

@@ -182,7 +182,7 @@ class Grammar:
         return asked, _readable(command, unread)
 
     def is_stop(self, line: str) -> bool:
-        """Whether a line is a stop of a few words: that is told without reading a long one."""
+        """Whether a line is a stop of a few words; a long line need not be read for that."""
         words = normal_text(line).split()
         if not 0 < len(words) <= _STOP_WORDS:
             return False

@@ -1,4 +1,4 @@
-"""Has a running robot obey commands, whichever way they came in."""
+"""Has a running robot obey commands, typed or spoken."""
 
 from __future__ import annotations
 
@@ -140,14 +140,14 @@ class Dispatcher:
         return Reply((self._say("asked", text=text),), numbers=numbers)
 
     def _judged(self, confirmed: bool, who: str) -> Reply:
-        """What is said after an arrival answers whether that is it."""
+        """A yes or no after an arrival says whether that is the goal."""
         tasks = self._session.judge(confirmed=confirmed, who=who)
         said = tuple(self._say("searching_on", goal=self._name(task)) for task in tasks)
         numbers = tuple(task.number for task in tasks)
         return Reply(said or (self._say("confirmed"),), numbers=numbers)
 
     def _judged_candidate(self, candidate: ApproachedCandidate, confirmed: bool, who: str) -> Reply:
-        """What is said while the robot goes up to something answers whether to go there."""
+        """A yes or no while the robot approaches a candidate says whether to go there."""
         self._session.judge_candidate(candidate.number, confirmed=confirmed, who=who)
         answer = "going_there" if confirmed else "searching_on"
         return Reply((self._say(answer, goal=candidate.goal),))

@@ -18,7 +18,7 @@ from vizbot.core.observer import Candidate, GoalReport, Step
 from vizbot.core.place_scores import Measure
 from vizbot.core.work_queue import WorkQueue
 from vizbot.operator.figures.image_encoding import data_uri, jpeg, png
-from vizbot.operator.figures.panels import board, panels
+from vizbot.operator.figures.panels import panels, video_picture
 from vizbot.operator.figures.steps import StepFilter, Track
 from vizbot.operator.report.frame_store import FrameStore, Match, matches, picture_of
 from vizbot.operator.report.map_figure import run_map
@@ -210,5 +210,5 @@ def in_words(value: object) -> str:
 
 def _in_video(step: Step, track_xy: NDArray[np.float64]) -> NDArray[np.uint8]:
     """A picture (H, W, 3) of the video."""
-    picture = cv2.resize(board(step, track_xy), VIDEO, interpolation=cv2.INTER_AREA)
+    picture = cv2.resize(video_picture(step, track_xy), VIDEO, interpolation=cv2.INTER_AREA)
     return np.asarray(picture, np.uint8)

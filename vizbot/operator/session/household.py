@@ -1,4 +1,4 @@
-"""What a map tells of the things and rooms of a household."""
+"""What a map shows of the things and rooms of a household."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The map of a running robot: asked, limited by zones, saved, exchanged for a saved one.
+"""The map of a running robot: people ask it, limit it by zones, save it, and load another one.
 
 Its methods wait for the robot's loop, which gives them a snapshot and goes on; they save and answer
-in the thread that asks. Call them from threads that may wait.
+in the calling thread, which must be one that may wait.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class LiveMap:
         self._rooms = RoomAreas(self._household)
         self._saving = threading.Lock()
         self._used: MapUse | None = None
-        self._unsaved: int | None = None  # map of the run that somebody was told cannot be saved
+        self._unsaved: int | None = None  # map that somebody knows cannot be saved
         if session.robot.begun_in is not None:
             self._use(self.saved.name_of(session.robot.begun_in))
 

@@ -40,7 +40,7 @@ class LoopJobs:
             if done.set_running_or_notify_cancel():
                 try:
                     done.set_result(job(pipeline))
-                except Exception as error:  # whatever it is, it is the asker's, not the run's
+                except Exception as error:  # any error is for the caller, not for the run
                     done.set_exception(error)
 
         try:
@@ -63,7 +63,7 @@ class LoopJobs:
             except TimeoutError:
                 if done.cancel():
                     raise
-            return done.result()  # it has just begun, and what it does counts
+            return done.result()  # it has just begun, and its result counts
         except (TimeoutError, CancelledError) as error:
             raise DeviceTimeoutError("the robot is busy or ends; ask again") from error
 

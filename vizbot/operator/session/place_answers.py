@@ -39,7 +39,7 @@ class FoundPlace:
         score: Probability that the place is what is asked for; by the method `paper` the cosine
             between question and place, -1 to 1.
         frame: Number of the frame that saw it.
-        box: Where in that frame: left, top, right, bottom [px].
+        box: Box of the place in that frame: left, top, right, bottom [px].
     """
 
     position: tuple[float, float, float]
@@ -54,7 +54,7 @@ class Answer:
 
     Attributes:
         outcome: `LOCATED` where the best place's score is enough, else `NOT_FOUND`.
-        threshold: What it has to exceed.
+        threshold: Score that a place has to exceed.
         places: Best first.
         note: How the encoder understands the question, in one line; None where it needs no saying.
     """
@@ -135,7 +135,7 @@ def _likeliest(bundle: MapBundle, question: Query) -> list[FoundPlace]:
 
 
 def belief_in(bundle: MapBundle, question: Query) -> PlaceBelief:
-    """How probable each place of a map with its background is to be what is asked for."""
+    """The probability that each place of a map with its background is what is asked for."""
     assert bundle.statistics is not None
     return belief_of_map(
         PlaceMap(bundle.places),

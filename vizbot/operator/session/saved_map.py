@@ -1,6 +1,6 @@
-"""A saved map that is asked from Python or by `vizbot map query`.
+"""A saved map that answers questions from Python and `vizbot map query`.
 
-What answers loads OpenCV and compiled kernels: only once there is a map and an encoder.
+Answers need OpenCV and compiled kernels, which are loaded once there is a map and an encoder.
 """
 
 from __future__ import annotations
@@ -34,12 +34,12 @@ class SavedMap:
     ) -> None:
         """Load the map and open the encoder that made it.
 
-        A class of somebody's own is opened only where `config` or `clip` names it: it is code, and
-        a map may come from anywhere.
+        A class of the user's own is opened only where `config` or `clip` names it: a class is code,
+        and a map may come from anywhere.
 
         Args:
             folder: The folder of a map or of a run, or the name of a saved map.
-            config: Settings: the encoder's device, the method, and what is likely enough.
+            config: Settings: the encoder's device, the method, and the probability that is enough.
             clip: The encoder, as `--clip` names it; None for the map's own.
 
         Raises:
@@ -52,19 +52,21 @@ class SavedMap:
             clip = self._config.clip
         self.encoder = open_map_encoder(self.bundle, self._config.device, self._config.half, clip)
 
-    def find(self, text: str, told: Callable[[int, int], None] = lambda done, of: None) -> Answer:
+    def find(
+        self, text: str, on_progress: Callable[[int, int], None] = lambda done, of: None
+    ) -> Answer:
         """Where a thing or a room is.
 
         Args:
             text: The thing or the room.
-            told: Hears how many pictures of the background are embedded, and of how many, where the
-                map has none and the first question waits for them.
+            on_progress: Called with how many pictures of the background are embedded, and of how
+                many, where the map has none and the first question waits for them.
         """
         from vizbot.operator.session.place_answers import find_places
 
         goal = goal_of(self.encoder, text)
         if self._config.objectnav.method != "paper":
-            self.bundle = map_bundle.with_background(self.bundle, self.encoder, told)
+            self.bundle = map_bundle.with_background(self.bundle, self.encoder, on_progress)
         return find_places(self.bundle, goal, self.encoder.log_odds, self._config.objectnav)
 
     def count(self, text: str) -> int:

@@ -1,4 +1,4 @@
-"""What passes between people and a running robot: what they ask for, what they are shown.
+"""The exchange between people and a running robot: their requests, and what they are shown.
 
 People come from the threads of a server, the robot from its own loop; nothing here waits.
 """
@@ -45,7 +45,7 @@ class OperatorSession:
         closed: Set when the run is to end.
         jobs: What the loop has to do between two steps.
         arrival: Where the robot has arrived last; None before, and once another search has begun.
-        candidate: What the robot goes up to because it may be the goal; None where it is nothing.
+        candidate: What the robot approaches because it may be the goal; None without one.
         map_turn: How its map is turned to be shown upright.
     """
 
@@ -79,8 +79,8 @@ class OperatorSession:
     ) -> list[QueuedTask]:
         """Queue goals in words, places, or tasks that need no words.
 
-        With `at_once` the running task gives way; `stops` was the session's when somebody asked,
-        where that was a while ago.
+        With `at_once` the running task gives way; `stops` is the session's count when somebody
+        asked, if that was a while ago.
 
         Raises:
             ConfigError: a goal is too long, too many wait, or the robot was stopped since.
@@ -145,7 +145,7 @@ class OperatorSession:
         Waits for the robot's loop.
 
         Raises:
-            ConfigError: the robot goes up to something else by now.
+            ConfigError: the robot approaches something else by now.
         """
         who = printable(who, _LONGEST_NAME) or SOMEBODY
 
@@ -165,7 +165,7 @@ class OperatorSession:
         self.jobs.wait_for(judge)
 
     def candidate_picture(self, number: int) -> bytes:
-        """JPEG of what the robot goes up to, with a box around it.
+        """JPEG of the candidate that the robot approaches, with a box around it.
 
         Waits for the robot's loop.
 
@@ -193,7 +193,7 @@ class OperatorSession:
 
     def _search_on(self, arrival: Arrival, pipeline: Pipeline, stops: int) -> list[QueuedTask]:
         """Refute an arrival and queue the search for the same words."""
-        with self._orders:  # a stop comes before all of it or after it
+        with self._orders:  # a stop comes before all of this or after it
             if (running := self.queue.current()) is not None:
                 raise ConfigError(f"the robot goes on already: {running.text}; stop it first")
             self._require_no_stop_since(stops)
@@ -233,7 +233,7 @@ class OperatorSession:
                 self.stopped.clear()
 
     def leave_map(self) -> None:
-        """Drop what was shown of the map that the robot has left for another one."""
+        """Drop what was shown of the map that the robot has left."""
         self.arrival = self.candidate = None
         with self._lock:
             self._step = self._scored = None
@@ -380,5 +380,5 @@ class OperatorSession:
 
 
 def printable(text: str, longest: int) -> str:
-    """The printable letters of a text, at most so many: without control codes of terminals."""
+    """The first `longest` printable letters of a text, without control codes of terminals."""
     return "".join(letter for letter in text if letter.isprintable()).strip()[:longest]

@@ -44,7 +44,7 @@ class SharedRobot(Protocol):
         ...
 
     def battery_state(self) -> BaseState | None:
-        """The one that tells of the battery, which may be some seconds old."""
+        """The newest state that may still be shown for the battery; it may be some seconds old."""
         ...
 
     def resume_base(self) -> None:
@@ -68,7 +68,7 @@ class SharedRobot(Protocol):
         ...
 
     def keep_verdict_on_way(self, xy: NDArray[np.float64], confirmed: bool) -> None:
-        """Keep what they say of the place that the robot goes up to, (2,) in `map` [m]."""
+        """Keep what people say of the place that the robot approaches, (2,) in `map` [m]."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""The robot's loop while people may ask for something at any time."""
+"""The robot's loop during which people may ask for something at any time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A base that the robot's program, a driver by hand, and everybody's stop share."""
+"""A base that the program, a person who drives, and a stop by anybody share."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vizbot.core.types import STOP, BaseState, Feedback, Twist
 from vizbot.operator.session.drive_lease import DriveLease
 
 ROBOT, ANYBODYS_STOP = "robot", "stop"
-"""Who gives commands besides those who drive by hand."""
+"""Who gives commands besides people who drive by hand."""
 _FRESH, _BATTERY_FRESH = 1.0, 10.0
 """Age from which a state of the base counts as none, and from which its battery does [s]."""
 
@@ -52,7 +52,7 @@ class TwistMux(Closeable):
 
     @property
     def battery_state(self) -> BaseState | None:
-        """The state that tells of the battery, which a busy machine makes no emptier."""
+        """The state for the battery, which may be older: a busy machine empties no battery."""
         return self._state_within(_BATTERY_FRESH)
 
     def _state_within(self, age: float) -> BaseState | None:

@@ -12,7 +12,7 @@ from vizbot.core.observer import GoalReport, Step
 from vizbot.objectnav.looks import APART
 
 _NO_ARTICLE = re.compile(r"(the|an?|my|our|your|this|that|some) .*|.*[^suai]s", re.IGNORECASE)
-"""Goals that take none: one that has it, and what looks like a plural."""
+"""Goals that take no article: those that have one, and what looks like a plural."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -20,8 +20,8 @@ class Arrival:
     """Where the robot has arrived last. Another search or another map ends it.
 
     Attributes:
-        number: Of the task.
-        report: On its goal.
+        number: Number of the task.
+        report: Report on its goal.
         picture: JPEG of what was found, with a box around it; None where no picture was kept.
         no_picture: Why no picture was kept, in one line; empty where one was.
         confirmed: Whether somebody says that it is what was asked for; None before.
@@ -36,7 +36,7 @@ class Arrival:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ApproachedCandidate:
-    """What the robot goes up to in a search.
+    """The candidate that the robot approaches in a search.
 
     Attributes:
         number: Index of the step in which it turned to that place.
@@ -59,9 +59,9 @@ class ApproachedCandidate:
 
 
 def candidate_of(step: Step, before: ApproachedCandidate | None) -> ApproachedCandidate | None:
-    """What the robot goes up to in a step; None where that is nothing, or it has arrived.
+    """The candidate that the robot approaches in a step; None without one, or after an arrival.
 
-    `before` is what it was in the step before; where the place is the same, it still is.
+    `before` is that of the step before, which is returned again where the place is the same.
     """
     if step.candidate_xy is None or step.ended is not None:
         return None

@@ -57,7 +57,7 @@ _FASTEST = 22.0
 of the sentences for building the fastest has 17."""
 _LOOKED_AT, _ALIKE, _TRIED = 5, 10, 30
 """Free hypotheses for which sentences are looked up that sound alike, how many for each, and how
-many of all of them are held against the sound."""
+many of all of them are compared with the sound."""
 _WHOLE = 4
 """Those of them that fit best, of which it is asked whether more is said after them."""
 _AS_WELL = 0.3

@@ -41,7 +41,7 @@ function listenToToken(retry) {
 /**
  * Asks once for the name of the person at this page, which the browser keeps.
  *
- * @returns {() => string} The name, as the robot is told it.
+ * @returns {() => string} The name that is sent to the robot.
  */
 function createName() {
   const name = field("name");

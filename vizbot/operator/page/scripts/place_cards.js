@@ -1,7 +1,7 @@
 // @ts-check
 /**
  * The cards that show a place and ask whether that is what was asked for: where the robot has
- * arrived, and what it goes up to meanwhile.
+ * arrived, and the candidate that it approaches meanwhile.
  *
  * @typedef {object} Arrival
  * @property {number} number Of the task.

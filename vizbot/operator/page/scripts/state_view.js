@@ -31,7 +31,7 @@
  * @property {TaskState[]} goals Those that are over first, then the running one, then the waiting.
  * @property {Base | null} base
  * @property {import("./place_cards.js").Arrival | null} arrival Where it has arrived last.
- * @property {import("./place_cards.js").Candidate | null} candidate What it goes up to.
+ * @property {import("./place_cards.js").Candidate | null} candidate What it approaches.
  * @property {string | null} question What it asks before it does anything more.
  * @property {LogLine[]} log
  * @property {string | null} run Its folder, on the robot's machine.

@@ -29,7 +29,7 @@ export function getOwnName() {
   return ownName;
 }
 
-/** @returns {string} What the robot is told in place of a name. */
+/** @returns {string} What is sent to the robot in place of a name. */
 export function makeUnnamed() {
   const [letters] = crypto.getRandomValues(new Uint32Array(1));
   return `somebody ${(letters ?? 0).toString(36).padStart(6, "0").slice(-6)}`;

@@ -13,7 +13,7 @@ import { STEP_TIMEOUT, request } from "../http.js";
 
 /** The least width and height of a zone [m]. */
 const MIN_SIZE = 0.1;
-const INSTRUCTIONS = "Draw over the floor it shall keep out of, or give two opposite corners.";
+const INSTRUCTIONS = "Draw over the floor that the robot should keep out of, or give two opposite corners.";
 
 /**
  * @param {MapPicture} map
