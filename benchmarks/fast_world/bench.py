@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import sqrt
 from pathlib import Path
 
 import numpy as np
@@ -193,7 +192,6 @@ def _row(
         "episodes": len(results),
         "success_rate": score.success.value,
         "spl": score.spl,
-        "spl_error": standard_error(list(own.values())),
         "gain": float(np.mean([*gains.values()])) if gains else None,
         "gain_low": bounds and bounds[0],
         "steps": score.steps,
@@ -201,8 +199,3 @@ def _row(
         "false_claims": float(np.mean([goal.claimed and not goal.success for goal in goals])),
         "seconds": float(np.mean([result.wall_seconds for result in results.values()])),
     }
-
-
-def standard_error(values: Sequence[float]) -> float | None:
-    """Standard error of a mean; None of fewer than two values."""
-    return float(np.std(values, ddof=1)) / sqrt(len(values)) if len(values) > 1 else None

@@ -189,13 +189,6 @@ class World(Closeable):
         """Picture (H, W, 3) of the true home from above, north up."""
         return self._eye.plan(*self._seen_from_above())
 
-    def on_top_view(self, xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Column, row (..., 2) on that picture of points (..., 2) x, y on the plan [m]."""
-        centre, extent = self._seen_from_above()
-        size = np.array([self.intrinsics.width, self.intrinsics.height])
-        scale = self.intrinsics.height / extent
-        return np.asarray((size - 1) / 2 + (xy - centre) * [scale, -scale])
-
     def _seen_from_above(self) -> tuple[NDArray[np.float64], float]:
         """Middle (2,) of the top view and its extent from south to north [m]."""
         rooms = [room.polygon for room in self.house.rooms]

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
 from benchmarks.episodes.run import encoder_of
 from benchmarks.fast_world import bench, walk
-from benchmarks.fast_world.bench import fast_result, standard_error
+from benchmarks.fast_world.bench import fast_result
 from benchmarks.fast_world.places import Places
 from benchmarks.fast_world.views import HEADINGS
 from benchmarks.fast_world.walk import FastHome, SearchRule, Walk
@@ -165,11 +165,6 @@ def test_rules_are_paired_episode_by_episode():
     assert row["other", "all"]["false_claims"] == pytest.approx(0.25)
     assert result.summary["other"]["success_rate"] == pytest.approx(0.75)
     assert "never for a figure" in result.text
-
-
-def test_a_mean_of_one_value_has_no_error():
-    assert standard_error([0.5]) is None
-    assert standard_error([0.0, 1.0]) == pytest.approx(0.5)
 
 
 def test_a_quick_run_walks_the_episodes_of_the_quick_share(tmp_path, monkeypatch):
