@@ -12,6 +12,7 @@ import resource
 import signal
 import sys
 import time
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -126,17 +127,15 @@ def mean_colours():
 
 
 @pytest.fixture
-def connect():
-    hosts = []
+def opened():
+    """What is closed at the end of a test."""
+    with ExitStack() as opened:
+        yield opened
 
-    def connect(encoder_counts=(0, 0)):
-        hosts.append(Host(encoder_counts))
-        return hosts[-1]
 
-    yield connect
-    for host in hosts:
-        host.port.close()
-        host.roomba.close()
+@pytest.fixture
+def connect(opened):
+    return lambda **settings: opened.enter_context(closing(Host(**settings)))
 
 
 @pytest.fixture
@@ -163,17 +162,8 @@ def stub(floor):
 
 
 @pytest.fixture
-def open_rig():
-    rigs = []
-
-    def open_rig(**settings):
-        rigs.append(Rig(**settings))
-        return rigs[-1]
-
-    yield open_rig
-    for rig in rigs:
-        rig.base.close()
-        rig.stub.close()
+def open_rig(opened):
+    return lambda **settings: opened.enter_context(closing(Rig(**settings)))
 
 
 @pytest.fixture

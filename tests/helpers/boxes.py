@@ -12,11 +12,15 @@ LOW_BOX = ((1.0, -0.3, 0.0), (1.3, 0.3, 0.25))
 SHELF = ((1.0, -0.4, 1.0), (1.5, 0.4, 1.2))
 
 
-def depth_of(T_map_cam, boxes=(), rng=None) -> np.ndarray:
-    """Depth (H, W) of a room and boxes in it; with `rng`, noise, holes and flying pixels."""
+def _rays(T_map_cam) -> np.ndarray:
     v, u = np.mgrid[: INTRINSICS.height, : INTRINSICS.width]
     x, y = (u - INTRINSICS.cx) / INTRINSICS.fx, (v - INTRINSICS.cy) / INTRINSICS.fy
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ T_map_cam[:3, :3].T
+    return np.stack([x, y, np.ones_like(x)], -1) @ T_map_cam[:3, :3].T
+
+
+def depth_of(T_map_cam, boxes=(), rng=None) -> np.ndarray:
+    """Depth (H, W) of a room and boxes in it; with `rng`, noise, holes and flying pixels."""
+    rays = _rays(T_map_cam)
     rays[rays == 0] = 1e-12
     ends = [(np.array(box) - T_map_cam[:3, 3])[:, None, None] / rays for box in (ROOM, *boxes)]
     depth = np.maximum(*ends[0]).min(-1)
@@ -52,9 +56,7 @@ def occupied_xy(grid: OccupancyGrid) -> np.ndarray:
 def stairwell(T_map_cam, rng=None) -> np.ndarray:
     """Depth of an endless floor with a hole 1.5 m deep, x from 1.6 to 2.6 and |y| below 0.6 [m]."""
     depth = depth_of(T_map_cam)
-    v, u = np.mgrid[: INTRINSICS.height, : INTRINSICS.width]
-    x, y = (u - INTRINSICS.cx) / INTRINSICS.fx, (v - INTRINSICS.cy) / INTRINSICS.fy
-    rays = np.stack([x, y, np.ones_like(x)], -1) @ T_map_cam[:3, :3].T
+    rays = _rays(T_map_cam)
     place = T_map_cam[:3, 3] + depth[..., None] * rays
     inside = (np.abs(place[..., 0] - 2.1) < 0.5) & (np.abs(place[..., 1]) < 0.6)
     hole = inside & (np.abs(place[..., 2]) < 0.01)

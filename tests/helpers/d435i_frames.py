@@ -3,13 +3,13 @@
 import os
 import subprocess
 import sys
-import threading
 from contextlib import contextmanager
 
 import numpy as np
 
 from drivers.realsense.camera import RealSense
 from drivers.realsense.config import RealSenseConfig
+from tests.helpers.beside import beside
 from tests.helpers.checkout import ROOT
 from vizbot.core.simulated_clock import SimulatedClock
 
@@ -83,19 +83,13 @@ def opened(device, **settings):
 @contextmanager
 def streaming(device):
     """A software camera gives frames at its rate, in a thread of its own."""
-    ended = threading.Event()
 
-    def stream():
+    def stream(ended):
         number = 0
         while not ended.wait(1 / 30):
             rgb = np.full((480, 640, 3), number % 256, np.uint8)
             device.push_frame(rgb, np.full((480, 640), 1500, np.uint16), 1.7e9 + number / 30)
             number += 1
 
-    thread = threading.Thread(target=stream, daemon=True)
-    thread.start()
-    try:
+    with beside(stream):
         yield
-    finally:
-        ended.set()
-        thread.join()

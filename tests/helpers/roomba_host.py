@@ -34,6 +34,10 @@ class Host:
         self.roomba = SimulatedRoomba(self.body, encoder_counts)
         self.port = self.roomba.lockstep_port(open_serial(self.roomba.path))
 
+    def close(self):
+        self.port.close()
+        self.roomba.close()
+
     def send(self, *sent):
         """Send bytes, let the base act on them, and return what it replies."""
         self.port.write(bytes(sent))

@@ -2,6 +2,7 @@
 
 import random
 import time
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -31,6 +32,15 @@ def wait_for(condition, pause=0.0):
     while not condition():
         assert time.monotonic() < end, "it did not happen in time"
         time.sleep(pause)
+
+
+def resting(floor):
+    """Whether the wheels rest for some sensor frames."""
+    before, end = floor.wheel_travel, time.monotonic() + 0.1
+    while time.monotonic() < end:
+        if floor.wheel_travel != before:
+            return False
+    return True
 
 
 class Floor:
@@ -77,19 +87,22 @@ def rested(floor, seconds):
     return since is not None and time.monotonic() - since > seconds
 
 
-class NoisyPort:
+class WrappedPort:
+    """What a test does not change of a port is done by the port itself."""
+
+    def __init__(self, port):
+        self.port = port
+
+    def __getattr__(self, name):
+        return getattr(self.port, name)
+
+
+class NoisyPort(WrappedPort):
     """A port on a line that now and then spoils, swallows or invents bytes."""
 
     def __init__(self, port, seed):
-        self.port = port
+        super().__init__(port)
         self.random = random.Random(seed)
-        self.name = port.name
-        self.write = port.write
-        self.close = port.close
-
-    @property
-    def in_waiting(self):
-        return self.port.in_waiting
 
     def read(self, size):
         received = bytearray(self.port.read(size))
@@ -133,6 +146,17 @@ class Rig:
         self.ports.append(open_serial(self.stub.path))
         port = self.stub.lockstep_port(self.ports[-1])
         return port if self.noise is None else NoisyPort(port, self.noise)
+
+    def close(self):
+        self.base.close()
+        self.stub.close()
+
+    @contextmanager
+    def silence(self):
+        """The base sends nothing meanwhile."""
+        publish, self.stub.publish = self.stub.publish, lambda: None
+        yield
+        self.stub.publish = publish
 
     def drive(self, twist, seconds):
         end = self.clock.now() + seconds - 1e-9
@@ -186,18 +210,14 @@ class SleepyAddress:
         return open_serial(self.path)
 
 
-class BadLine:
+class BadLine(WrappedPort):
     """A port that does something to one byte of all that is written."""
 
     def __init__(self, port, number, spoil):
-        self.port, self.number, self.spoil = port, number, spoil
+        super().__init__(port)
+        self.number, self.spoil = number, spoil
         self.written = 0
         self.requests = []
-        self.name, self.read, self.close = port.name, port.read, port.close
-
-    @property
-    def in_waiting(self):
-        return self.port.in_waiting
 
     def write(self, sent):
         place, sent = self.number - self.written, bytearray(sent)

@@ -78,3 +78,12 @@ def wall_pipeline(base, encoder, config, colour, imu=None, observers=()):
 def ticks(pipeline, count, text="yellow chair"):
     goal = pipeline.goal(text)
     return [pipeline.tick(goal) for _ in range(count)]
+
+
+def until_it_ends(pipeline, task, most=120):
+    """The steps of a task, which must end by then."""
+    steps = [pipeline.tick(task)]
+    while steps[-1].ended is None:
+        assert len(steps) < most
+        steps.append(pipeline.tick(task))
+    return steps

@@ -2,9 +2,7 @@
 
 import asyncio
 import json
-import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from types import SimpleNamespace
@@ -13,6 +11,7 @@ import numpy as np
 from websockets.asyncio.client import connect
 from websockets.exceptions import ConnectionClosed
 
+from tests.helpers.beside import beside
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome, Step
 from vizbot.core.place_scores import Measure, PlaceScores
@@ -85,16 +84,13 @@ def jobs_done(session):
         affirm=lambda xy: None,
         candidate=lambda xy: Candidate(np.append(xy, 0.4), 0.34, 0, np.array([0, 0, 9, 9])),
     )
-    closed = threading.Event()
 
-    def loop():
-        while not closed.is_set():
+    def loop(over):
+        while not over.is_set():
             session.jobs.do_next(pipeline, within=0.05)
 
-    with ThreadPoolExecutor(1) as robot:
-        robot.submit(loop)
+    with beside(loop):
         yield refuted
-        closed.set()
 
 
 @contextmanager

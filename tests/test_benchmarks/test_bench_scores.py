@@ -104,7 +104,6 @@ def test_the_paired_test_is_exact_and_only_more_wins_are_better(wins, losses, p,
 
 
 def test_spl_weighs_success_with_the_shortest_way():
-    assert spl([goal(driven=8.0, shortest=4.0)]) == 0.5
     assert spl([goal(driven=8.0, shortest=4.0), goal(success=False)]) == 0.25
     assert spl([]) is None
 

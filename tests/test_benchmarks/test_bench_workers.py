@@ -15,8 +15,7 @@ def described(job, result):
 
 
 def test_every_job_comes_back_with_its_result_and_the_time_left_is_said(capfd):
-    jobs = [1.0, 4.0, 9.0]
-    results = dict(in_parallel(math.sqrt, jobs, "roots", described))
+    results = dict(in_parallel(math.sqrt, [1.0, 4.0, 9.0], "roots", described))
     assert results == {1.0: 1.0, 4.0: 2.0, 9.0: 3.0}
     out, err = capfd.readouterr()
     assert out == ""

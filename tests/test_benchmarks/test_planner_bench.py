@@ -16,6 +16,7 @@ from benchmarks.planner.bench import (
     planner_result,
 )
 from benchmarks.planner.grids import planner_cases, recorded_map, recorded_maps
+from tests.helpers.failing import raising
 from vizbot.core.errors import VizbotError
 
 
@@ -115,10 +116,7 @@ def test_a_quick_run_leaves_out_the_large_grids(monkeypatch, quick, sizes):
 
 
 def test_a_missing_package_or_compiler_is_a_line(monkeypatch):
-    def missing(name):
-        raise ImportError(name)
-
-    monkeypatch.setattr(peers.importlib, "import_module", missing)
+    monkeypatch.setattr(peers.importlib, "import_module", raising(ImportError("nowhere")))
     monkeypatch.setattr(peers.shutil, "which", lambda name: None)
     found, lines = peers.open_peers()
     assert found == []

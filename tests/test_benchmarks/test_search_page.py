@@ -1,5 +1,6 @@
 """The page of the search: rows of two searches, on the same goals and on a part of them."""
 
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -189,21 +190,12 @@ def test_what_is_not_there_is_told_by_maps_and_by_searches(folder):
 class Floor:
     """A world that only knows where the robot was put."""
 
-    def __init__(self, *_):
-        self.x = 0.0
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *exc):
-        pass
-
     def place(self, x, y, yaw):
         self.x = x
 
 
 def test_what_is_driven_after_a_stop_would_do_is_asked_of_the_scorer(folder, monkeypatch):
-    monkeypatch.setattr(overshoot, "open_benchmark_home", Floor)
+    monkeypatch.setattr(overshoot, "open_benchmark_home", lambda *_: nullcontext(Floor()))
     verdict = SimpleNamespace
     monkeypatch.setattr(
         overshoot, "judge", lambda world, text, stopped: verdict(success=stopped and world.x >= 2.0)

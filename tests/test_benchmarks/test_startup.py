@@ -59,11 +59,14 @@ def test_each_wait_is_the_median_without_the_first_process(monkeypatch, tmp_path
     }  # fmt: skip
 
 
-def test_a_stop_is_answered_and_takes_time_on_a_processor():
-    [wait] = startup._stops(1)
-    assert wait.wall > 0.0 and wait.processor > 0.0
-
-
-def test_a_refusal_takes_time_on_the_wall_and_on_a_processor():
-    wait = startup._until_end(("dry-run", "sofa", "--world", "nosuchworld"), 1)
-    assert wait.wall > 0.0 and wait.processor > 0.0
+@pytest.mark.parametrize(
+    "wait",
+    [
+        lambda: startup._stops(1)[0],
+        lambda: startup._until_end(("dry-run", "sofa", "--world", "nosuchworld"), 1),
+    ],
+    ids=["a stop", "a refusal"],
+)
+def test_a_stop_and_a_refusal_take_time_on_the_wall_and_on_a_processor(wait):
+    waited = wait()
+    assert waited.wall > 0.0 and waited.processor > 0.0

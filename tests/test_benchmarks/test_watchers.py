@@ -6,14 +6,14 @@ import numpy as np
 
 from benchmarks import console_load
 from benchmarks.console_load import ConsoleLoad, LoopedCamera, measure_watchers
+from tests.helpers.failing import raising
 from tests.helpers.scripted_robot import CAMERA
 from vizbot.core.clock import WallClock
 from vizbot.core.types import ImuSamples, RGBDFrame
 
 
 def frames(count):
-    rng = np.random.default_rng(0)
-    rgb = rng.integers(0, 255, (240, 320, 3)).astype(np.uint8)
+    rgb = np.random.default_rng(0).integers(0, 255, (240, 320, 3)).astype(np.uint8)
     depth = np.full((240, 320), 1.5, np.float32)
     return [
         RGBDFrame(0.1 * n, np.roll(rgb, n, axis=1), depth, CAMERA, ImuSamples.none())
@@ -23,11 +23,7 @@ def frames(count):
 
 def test_a_recorded_folder_is_played_where_one_is_named(tmp_path, monkeypatch):
     shown = frames(3)
-
-    def no_world(*_):
-        raise AssertionError("a home is opened")
-
-    monkeypatch.setattr(console_load, "open_world", no_world)
+    monkeypatch.setattr(console_load, "open_world", raising(AssertionError("a home is opened")))
     monkeypatch.setattr(
         console_load,
         "RecordedSequence",

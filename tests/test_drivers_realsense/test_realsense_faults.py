@@ -12,6 +12,7 @@ import pytest
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import SoftwareD435i
 from tests.helpers.d435i_frames import SERIAL, START, colour, depth_mm, opened, stamp_of
+from tests.helpers.failing import raising
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 
 SHORT = 0.05
@@ -111,8 +112,7 @@ def test_a_camera_that_vanishes_is_waited_for_and_opened_when_it_returns(device,
         assert list(context.query_devices()) == []
         device.plug_in(context)
         wait_in_vain(camera, clock, 2)
-        after = read(camera, device, 1, seconds=12.0)
-        assert after.stamp > before.stamp
+        assert read(camera, device, 1, seconds=12.0).stamp > before.stamp
     assert "frames again after" in caplog.messages[-1]
 
 
@@ -207,13 +207,12 @@ def test_unverified_on_hardware_a_clock_that_begins_anew_after_a_reset_is_shifte
 def test_unverified_on_hardware_an_error_of_the_sdk_is_one_line_and_the_camera_opened_anew(
     device, monkeypatch, text
 ):
-    def fail(*_arguments):
-        raise RuntimeError(text)
-
     with opened(device) as (camera, _, _):
         before = read(camera, device, 0)
         with monkeypatch.context() as broken:
-            broken.setattr("drivers.realsense.streams.RealSenseStreams.wait", fail)
+            broken.setattr(
+                "drivers.realsense.streams.RealSenseStreams.wait", raising(RuntimeError(text))
+            )
             with pytest.raises(DeviceTimeoutError) as error:
                 camera.read(timeout=SHORT)
         assert f"lost ({text})" in str(error.value) and "\n" not in str(error.value)
@@ -226,13 +225,10 @@ def test_unverified_on_hardware_an_error_of_the_sdk_is_one_line_and_the_camera_o
 def test_unverified_on_hardware_an_opening_that_fails_is_tried_again(
     device, monkeypatch, caplog, text
 ):
-    def fail(*_arguments):
-        raise RuntimeError(text)
-
     with opened(device) as (camera, clock, _):
         read(camera, device, 0)
         with monkeypatch.context() as broken:
-            broken.setattr("drivers.realsense.camera.RealSenseStreams", fail)
+            broken.setattr("drivers.realsense.camera.RealSenseStreams", raising(RuntimeError(text)))
             wait_in_vain(camera, clock, 2)
         assert f"opening its streams anew failed ({text})" in caplog.text
         wait_in_vain(camera, clock, 1)

@@ -16,6 +16,7 @@ from drivers.realsense.playback import RealSenseRecording
 from drivers.realsense.sdk import rs
 from sim_stubs.realsense.software_device import SoftwareD435i
 from tests.helpers.d435i_frames import SERIAL, START, colour, depth_mm, opened, stamp_of
+from tests.helpers.failing import raising
 from vizbot.config import Config, load_config, write_config
 from vizbot.core.errors import DeviceError
 
@@ -93,11 +94,12 @@ def test_a_camera_without_these_options_opens_all_the_same(caplog):
 
 
 def test_an_option_that_the_sdk_refuses_is_one_warning(caplog, monkeypatch):
-    def refuse(*_arguments):
-        raise RuntimeError("hwmon command 0x80 failed\n (Unknown error)")
-
     device = SoftwareD435i(serial=SERIAL, controls=True)
-    monkeypatch.setattr(rs.sensor, "set_option", refuse)
+    monkeypatch.setattr(
+        rs.sensor,
+        "set_option",
+        raising(RuntimeError("hwmon command 0x80 failed\n (Unknown error)")),
+    )
     with opened(device) as (camera, _, _):
         device.push_frame(colour(0), depth_mm(0), START)
         assert camera.read() is not None

@@ -2,6 +2,7 @@
 
 import logging
 import random
+from types import SimpleNamespace
 
 import pytest
 
@@ -29,23 +30,12 @@ ODD = [
 ]
 
 
-class Port:
+def port_of(make):
     """A port on which a base sends the same in every period."""
-
-    name = "/dev/ttyUSB0"
-    in_waiting = 61
-
-    def __init__(self, make):
-        self.make = make
-
-    def read(self, size=1):
-        return self.make()
-
-    def write(self, sent):
-        return len(sent)
-
-    def close(self):
-        pass
+    return SimpleNamespace(
+        name="/dev/ttyUSB0", in_waiting=61,
+        read=lambda size=1: make(), write=len, close=lambda: None,
+    )  # fmt: skip
 
 
 def frame(values, odd=None):
@@ -54,7 +44,7 @@ def frame(values, odd=None):
 
 def states_of(make, steps=40):
     clock = SimulatedClock(period=0.015)
-    service = RoombaService(lambda: Port(make), clock.now, RoombaConfig(mode_offset=0))
+    service = RoombaService(lambda: port_of(make), clock.now, RoombaConfig(mode_offset=0))
     for _ in range(steps):
         service.step()
         clock.sleep(0.015)
@@ -115,7 +105,7 @@ def test_bytes_of_another_baud_rate_are_told_from_a_base_that_sleeps():
     rng = random.Random(0)
     for make, words in ((lambda: rng.randbytes(25), "another baud rate"), (bytes, "asleep")):
         clock = SimulatedClock(period=0.015)
-        port = Port(make)
+        port = port_of(make)
         with pytest.raises(DeviceError, match=words):
             Roomba(
                 LockstepLink(lambda port=port: port, clock, RoombaConfig()), clock, RoombaConfig()

@@ -63,11 +63,10 @@ def test_on_its_dock_a_base_that_was_silent_briefly_obeys_again_if_it_stood_ther
     if docked_before:
         rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
     rig.drive(STOP, 1.0)
-    publish, rig.stub.publish = rig.stub.publish, lambda: None
-    rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
-    rig.clock.sleep(0.8)
-    assert rig.stub.mode is BaseMode.PASSIVE
-    rig.stub.publish = publish
+    with rig.silence():
+        rig.stub.overrides[Packet.CHARGING_SOURCES] = ChargingSources.HOME_BASE
+        rig.clock.sleep(0.8)
+        assert rig.stub.mode is BaseMode.PASSIVE
     rig.clock.sleep(1.0)
     assert rig.base.read().mode.obeys == docked_before
     assert rig.base.read().maybe_moved != docked_before

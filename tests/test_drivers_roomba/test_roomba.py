@@ -54,21 +54,17 @@ def test_a_twist_that_is_no_number_is_refused(rig, twist):
 
 @pytest.mark.parametrize(
     ("twist", "seconds", "moved"),
-    [(Twist(0.25, 0.0), 4.0, planar(1.0, 0.0, 0.0)), (Twist(0.0, 0.5), 1.0, planar(0.0, 0.0, 0.5))],
+    [
+        (Twist(0.25, 0.0), 4.0, planar(1.0, 0.0, 0.0)),
+        (Twist(0.0, 0.5), 1.0, planar(0.0, 0.0, 0.5)),
+        (Twist(0.0, 1.0), 2 * math.pi, None),
+        (Twist(0.0, -1.0), 2 * math.pi, None),
+    ],
 )
 def test_odometry_is_the_way_that_was_asked_for_and_driven(rig, twist, seconds, moved):
     rig.drive(twist, seconds)
     rig.settle()
-    assert rig.base.read().T_odom_base == pytest.approx(moved, abs=0.01)
-    distance, heading = rig.error()
-    assert distance < 0.001
-    assert heading < 0.004
-
-
-@pytest.mark.parametrize("direction", [1, -1])
-def test_odometry_after_a_full_turn(rig, direction):
-    rig.drive(Twist(0.0, direction * 1.0), 2 * math.pi)
-    rig.settle()
+    assert moved is None or rig.base.read().T_odom_base == pytest.approx(moved, abs=0.01)
     distance, heading = rig.error()
     assert distance < 0.001
     # Each wheel is known to half a count, 0.11 degrees of heading for both.

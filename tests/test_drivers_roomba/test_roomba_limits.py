@@ -35,23 +35,19 @@ def test_wheels_speed_up_and_slow_down_along_ramps(open_rig):
 
 
 def test_a_ramp_keeps_the_curvature(open_rig):
-    rig = open_rig(acceleration=1.0)
-    left, right = speeds_over(rig, Twist(0.25, 1.0), 0.4).T
+    left, right = speeds_over(open_rig(acceleration=1.0), Twist(0.25, 1.0), 0.4).T
     moving = right > 0.1
     assert (right[moving] / left[moving]).mean() == pytest.approx(0.3675 / 0.1325, rel=0.1)
 
 
-def test_a_stop_is_not_ramped(open_rig):
+@pytest.mark.parametrize("stopped_by", ["a command", "a reflex"])
+def test_a_stop_is_not_ramped(open_rig, stopped_by):
     rig = open_rig(acceleration=1.0, deceleration=0.2)
     rig.drive(Twist(0.25, 0.0), 1.0)
-    rig.drive(STOP, 2 * PERIOD)
-    assert rig.floor.speeds == (0.0, 0.0)
-
-
-def test_reflexes_know_no_ramp(open_rig):
-    rig = open_rig(acceleration=1.0, deceleration=0.2)
-    rig.drive(Twist(0.25, 0.0), 1.0)
-    rig.clock.sleep(0.33)
+    if stopped_by == "a command":
+        rig.drive(STOP, 2 * PERIOD)
+    else:
+        rig.clock.sleep(0.33)
     assert rig.floor.speeds == (0.0, 0.0)
 
 

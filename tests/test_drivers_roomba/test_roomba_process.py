@@ -26,6 +26,7 @@ from tests.helpers.roomba_rig import (
     HangingAddress,
     SleepyAddress,
     TimedFloor,
+    resting,
     wait_for,
 )
 from vizbot.core.clock import WallClock
@@ -98,27 +99,18 @@ def driving(stub, floor):
     wait_for(lambda: stub.mode is BaseMode.PASSIVE)
 
 
-def still(floor):
-    """Whether the wheels rest for some sensor frames."""
-    before, end = floor.wheel_travel, time.monotonic() + 0.1
-    while time.monotonic() < end:
-        if floor.wheel_travel != before:
-            return False
-    return True
-
-
 def test_killing_the_program_leaves_somebody_to_stop_the_wheels(stub, floor, driving):
     driving.kill()
     wait_for(lambda: stub.mode is BaseMode.PASSIVE)
-    assert still(floor)
+    assert resting(floor)
 
 
 def test_a_program_that_hangs_does_not_keep_the_wheels_turning(stub, floor, driving):
     driving.send_signal(signal.SIGSTOP)
-    wait_for(lambda: still(floor))
+    wait_for(lambda: resting(floor))
     assert stub.mode is BaseMode.SAFE
     driving.send_signal(signal.SIGCONT)
-    wait_for(lambda: not still(floor))
+    wait_for(lambda: not resting(floor))
 
 
 def state(stamp, **felt):
@@ -173,14 +165,14 @@ def test_the_end_of_the_watchdog_is_an_error_and_the_wheels_are_stopped(stub, fl
     with served(SerialAddress(stub.path)) as (base, link):
         assert os.getsid(link.pid) == link.pid  # Ctrl-Z at the terminal does not reach it
         link.send(Drive(Twist(0.2, 0.0), CLOCK.now()))
-        wait_for(lambda: not still(floor))
+        wait_for(lambda: not resting(floor))
         os.kill(link.pid, signal.SIGKILL)
         with pytest.raises(DeviceError, match="the process of the base ended"):
             wait_for(lambda: base.read() is None)
         for call in (base.read, lambda: base.drive(Twist(0.1, 0.0))):
             with pytest.raises(DeviceError, match="the process of the base ended"):
                 call()
-        wait_for(lambda: still(floor))
+        wait_for(lambda: resting(floor))
         wait_for(lambda: stub.mode is BaseMode.PASSIVE)
 
 
@@ -217,7 +209,7 @@ def test_a_service_that_fails_is_replaced_and_the_wheels_rest_before(
         drive_until(base, lambda: floor.speeds[0] > 0.15)
         assert service_of(link) != before
         assert "stopping the wheels" in caplog.text
-        wait_for(lambda: still(floor))
+        wait_for(lambda: resting(floor))
         wait_for(lambda: abs(base.read().T_odom_base[0, 3] - floor.T_world_base[0, 3]) < 1e-3)
 
 
@@ -248,7 +240,7 @@ def test_a_service_that_fails_again_and_again_is_given_up(stub, floor):
             wait_for(lambda: service_of(link) != before)  # noqa: B023
         with pytest.raises(DeviceError, match="the process of the base ended"):
             wait_for(lambda: base.read() is None)
-        assert still(floor)
+        assert resting(floor)
 
 
 def test_a_program_that_dies_beside_a_service_that_hangs_leaves_wheels_at_rest(
@@ -258,7 +250,7 @@ def test_a_program_that_dies_beside_a_service_that_hangs_leaves_wheels_at_rest(
     os.kill(service, signal.SIGSTOP)
     driving.kill()
     wait_for(lambda: stub.mode is BaseMode.PASSIVE)
-    assert still(floor)
+    assert resting(floor)
     wait_for(lambda: not Path(f"/proc/{watchdog}").exists())
 
 
@@ -278,7 +270,7 @@ def test_a_machine_that_pauses_as_a_whole_is_no_hang(stub, floor, driving):
         for pid in (driving.pid, *pair):
             os.kill(pid, number)
         time.sleep(0.6)
-    wait_for(lambda: not still(floor))
+    wait_for(lambda: not resting(floor))
     assert pair_of(driving) == pair
 
 

@@ -52,10 +52,8 @@ def test_a_base_that_falls_silent_is_reported_and_still_commanded_to_stop(rig):
 
 def test_a_base_that_speaks_again_is_read_again_and_obeys_again(rig):
     rig.drive(Twist(0.2, 0.0), 0.3)
-    publish = rig.stub.publish
-    rig.stub.publish = lambda: None
-    rig.clock.sleep(0.7)
-    rig.stub.publish = publish
+    with rig.silence():
+        rig.clock.sleep(0.7)
     rig.clock.sleep(7 * PERIOD)
     state = rig.base.read()
     assert state.stamp == pytest.approx(rig.clock.now() - PERIOD)
@@ -234,12 +232,11 @@ def test_a_button_in_a_single_frame_is_no_press(rig):
 )
 def test_lifted_while_its_line_was_silent_it_does_not_obey_again_unasked(rig, contacts, sources):
     rig.drive(Twist(0.2, 0.0), 1.0)
-    publish, rig.stub.publish = rig.stub.publish, lambda: None
-    rig.drive(Twist(0.2, 0.0), 0.3)
-    rig.floor.contacts = contacts
-    rig.stub.overrides[Packet.CHARGING_SOURCES] = sources
-    rig.drive(Twist(0.2, 0.0), 0.4)
-    rig.stub.publish = publish
+    with rig.silence():
+        rig.drive(Twist(0.2, 0.0), 0.3)
+        rig.floor.contacts = contacts
+        rig.stub.overrides[Packet.CHARGING_SOURCES] = sources
+        rig.drive(Twist(0.2, 0.0), 0.4)
     rig.drive(Twist(0.2, 0.0), 0.9)
     rig.floor.contacts, rig.stub.overrides = Contacts(), {}
     rig.drive(Twist(0.2, 0.0), 3.0)
@@ -253,10 +250,9 @@ def test_lifted_while_its_line_was_silent_it_does_not_obey_again_unasked(rig, co
 def test_with_resume_safe_it_obeys_again_once_it_is_put_down(open_rig):
     rig = open_rig(resume_safe=True)
     rig.drive(Twist(0.2, 0.0), 1.0)
-    publish, rig.stub.publish = rig.stub.publish, lambda: None
-    rig.floor.contacts = Contacts(wheel_drops=(True, True))
-    rig.drive(Twist(0.2, 0.0), 0.7)
-    rig.stub.publish = publish
+    with rig.silence():
+        rig.floor.contacts = Contacts(wheel_drops=(True, True))
+        rig.drive(Twist(0.2, 0.0), 0.7)
     rig.drive(Twist(0.2, 0.0), 4.0)
     assert rig.stub.mode is BaseMode.PASSIVE
     rig.floor.contacts = Contacts()

@@ -6,6 +6,7 @@ import os
 import random
 import tty
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import serial
@@ -16,6 +17,7 @@ from drivers.roomba.serial_port import open_serial
 from drivers.roomba.state import STREAMED
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.world.body import FreeFloor
+from tests.helpers.failing import raising
 from tests.helpers.roomba_rig import open_lockstep
 from vizbot.core.errors import DeviceError
 from vizbot.core.simulated_clock import SimulatedClock
@@ -125,21 +127,14 @@ def test_a_port_that_is_not_a_roomba_is_one_line_with_nothing_left_open(sayings)
 
 
 def test_a_port_that_fails_while_starting_is_closed():
-    class Broken:
-        name = "/dev/broken"
-        in_waiting = 0
-        closed = 0
-
-        def read(self, size):
-            raise serial.SerialException("device reports readiness but returned no data")
-
-        def write(self, sent):
-            raise serial.SerialException("write failed")
-
-        def close(self):
-            self.closed += 1
-
-    port, clock = Broken(), SimulatedClock()
+    closed, clock = [], SimulatedClock()
+    port = SimpleNamespace(
+        name="/dev/broken",
+        in_waiting=0,
+        read=raising(serial.SerialException("device reports readiness but returned no data")),
+        write=raising(serial.SerialException("write failed")),
+        close=lambda: closed.append(True),
+    )
     with pytest.raises(DeviceError, match="/dev/broken: the base is gone"):
         open_lockstep(lambda: port, clock, reconnect_timeout=0)
-    assert port.closed == 1
+    assert closed == [True]

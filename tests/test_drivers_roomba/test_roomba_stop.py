@@ -8,28 +8,25 @@ from drivers.roomba.drive_command import SURE_STOP
 from drivers.roomba.serial_port import open_serial
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.world.body import FreeFloor
-from tests.helpers.roomba_rig import open_lockstep
+from tests.helpers.roomba_rig import WrappedPort, open_lockstep
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import BaseMode, Twist
 
 
-class FaultyPort:
+class FaultyPort(WrappedPort):
     """A serial port whose next writes go wrong as told: each entry is what is sent before it."""
 
     def __init__(self, port):
-        self._port = port
+        super().__init__(port)
         self.faults = []
         self.error = serial.SerialTimeoutException("Write timeout")
 
     def write(self, sent):
         if self.faults:
-            self._port.write(sent[: self.faults.pop(0)])
+            self.port.write(sent[: self.faults.pop(0)])
             raise self.error
-        return self._port.write(sent)
-
-    def __getattr__(self, name):
-        return getattr(self._port, name)
+        return self.port.write(sent)
 
 
 @pytest.fixture

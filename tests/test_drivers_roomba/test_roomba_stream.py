@@ -33,22 +33,22 @@ def test_stream_frames_decode_and_encode(vector):
     assert list(encode_sensor_frame(ids, values)) == frame
 
 
-@pytest.mark.parametrize("ids", [None, (29, 13)])
-def test_a_frame_with_a_wrong_checksum_is_skipped(ids):
+@pytest.mark.parametrize(
+    ("ids", "spoilt"),
+    [
+        (None, [19, 5, 29, 2, 25, 13, 0, 162]),
+        ((29, 13), [19, 5, 29, 2, 25, 13, 0, 162]),
+        (None, [19, 5, 29]),
+        ((29, 13), [19, 5, 29]),
+        ((29, 13), [19, 255]),
+    ],
+    ids=["checksum", "checksum, known", "truncated", "truncated, known", "length, known"],
+)
+def test_a_spoilt_frame_is_skipped_and_the_next_one_found(ids, spoilt):
     parser = StreamParser(ids)
-    assert parser.feed(bytes([19, 5, 29, 2, 25, 13, 0, 162])) == []
+    assert parser.feed(bytes(spoilt)) == []
     assert parser.feed(bytes(R1)) == [{29: 537, 13: 0}]
-
-
-@pytest.mark.parametrize("ids", [None, (29, 13)])
-def test_a_truncated_frame_is_skipped_and_the_next_one_found(ids):
-    received = [19, 5, 29, 19, 5, 29, 2, 25, 13, 0, 163]
-    assert StreamParser(ids).feed(bytes(received)) == [{29: 537, 13: 0}]
-
-
-def test_a_garbage_length_does_not_stall_a_parser_that_knows_its_stream():
-    parser = StreamParser((29, 13))
-    assert parser.feed(bytes([19, 255, *R1])) == [{29: 537, 13: 0}]
+    assert StreamParser(ids).feed(bytes(spoilt + R1)) == [{29: 537, 13: 0}]
 
 
 def test_a_garbage_length_delays_a_parser_that_knows_nothing_but_costs_no_frame():

@@ -4,6 +4,7 @@ Whoever cannot hear it cannot know whether it was lifted and put down elsewhere.
 """
 
 import math
+from contextlib import closing
 
 import pytest
 
@@ -14,7 +15,7 @@ from drivers.roomba.service import Drive, RoombaService
 from sim_stubs.roomba.base import SimulatedRoomba
 from sim_stubs.roomba.dock import SimulatedDock
 from sim_stubs.world.body import Contacts
-from tests.helpers.roomba_rig import PERIOD, Rig
+from tests.helpers.roomba_rig import PERIOD, Rig, WrappedPort
 from vizbot.core.errors import DeviceError, DeviceTimeoutError
 from vizbot.core.geometry import planar
 from vizbot.core.types import STOP, BaseMode, Twist
@@ -36,26 +37,15 @@ class LooseRig(Rig):
         return LoosePort(self, super().open_port())
 
 
-class LoosePort:
+class LoosePort(WrappedPort):
     def __init__(self, rig, port):
-        self.rig, self.port, self.name, self.close = rig, port, port.name, port.close
+        super().__init__(port)
+        self.rig = rig
 
-    @property
-    def in_waiting(self):
-        self.require()
-        return self.port.in_waiting
-
-    def read(self, size):
-        self.require()
-        return self.port.read(size)
-
-    def write(self, sent):
-        self.require()
-        return self.port.write(sent)
-
-    def require(self):
-        if self.rig.out:
+    def __getattr__(self, name):
+        if self.rig.out and name in ("in_waiting", "read", "write"):
             raise OSError("device disconnected")
+        return super().__getattr__(name)
 
 
 class DockRig(LooseRig):
@@ -66,23 +56,27 @@ class DockRig(LooseRig):
 
 
 @pytest.fixture
-def loose(request):
-    rigs = []
-
+def loose(opened):
     def build(kind=LooseRig, **settings):
-        rigs.append(kind(**settings))
-        rigs[-1].drive(STOP, 0.3)
-        return rigs[-1]
+        rig = opened.enter_context(closing(kind(**settings)))
+        rig.drive(STOP, 0.3)
+        return rig
 
-    yield build
-    for rig in rigs:
-        rig.base.close()
-        rig.stub.close()
+    return build
 
 
 @pytest.fixture
 def rig(loose):
     return loose()
+
+
+@pytest.fixture
+def seeking(loose):
+    """A rig whose base is on the way to its dock."""
+    rig = loose(DockRig)
+    rig.base.dock()
+    rig.drive(STOP, 1.0)
+    return rig
 
 
 def cut(rig, seconds, meanwhile=None):
@@ -147,12 +141,11 @@ def test_in_full_mode_a_lift_leaves_no_trace_and_a_long_silence_is_asked_about(l
 
 def silence(rig, seconds, meanwhile=None, at_the_end=None, twist=STOP):
     """The base sends nothing; what it feels meanwhile, and when it is heard again."""
-    publish, rig.stub.publish = rig.stub.publish, lambda: None
-    rig.drive(twist, seconds / 2)
-    rig.floor.contacts = meanwhile or Contacts()
-    rig.drive(twist, seconds / 2)
-    rig.floor.contacts = at_the_end or Contacts()
-    rig.stub.publish = publish
+    with rig.silence():
+        rig.drive(twist, seconds / 2)
+        rig.floor.contacts = meanwhile or Contacts()
+        rig.drive(twist, seconds / 2)
+        rig.floor.contacts = at_the_end or Contacts()
 
 
 @pytest.mark.parametrize(
@@ -286,21 +279,18 @@ def test_a_base_that_rests_until_somebody_says_go_on_does_so_under_the_next_serv
     assert rig.stub.mode is BaseMode.PASSIVE
 
 
-def test_a_program_that_hangs_while_the_base_seeks_its_dock_has_it_stopped_in_safe_mode(loose):
-    rig = loose(DockRig)
-    rig.base.dock()
-    rig.drive(STOP, 1.0)
-    assert rig.floor.speeds != (0.0, 0.0) and rig.stub.mode is BaseMode.PASSIVE
-    began = rig.clock.now()
-    while rig.floor.speeds != (0.0, 0.0):
-        rig.clock.sleep(PERIOD)
-        assert rig.clock.now() - began < 0.3 + 3 * PERIOD
-    before = rig.floor.wheel_travel
-    rig.clock.sleep(3.0)
-    assert rig.floor.wheel_travel == before
-    assert rig.stub.mode is BaseMode.SAFE
-    rig.drive(STOP, 1.0)  # it goes on, and so does what it asked for
-    assert rig.floor.speeds != (0.0, 0.0)
+def test_a_program_that_hangs_while_the_base_seeks_its_dock_has_it_stopped_in_safe_mode(seeking):
+    assert seeking.floor.speeds != (0.0, 0.0) and seeking.stub.mode is BaseMode.PASSIVE
+    began = seeking.clock.now()
+    while seeking.floor.speeds != (0.0, 0.0):
+        seeking.clock.sleep(PERIOD)
+        assert seeking.clock.now() - began < 0.3 + 3 * PERIOD
+    before = seeking.floor.wheel_travel
+    seeking.clock.sleep(3.0)
+    assert seeking.floor.wheel_travel == before
+    assert seeking.stub.mode is BaseMode.SAFE
+    seeking.drive(STOP, 1.0)  # it goes on, and so does what it asked for
+    assert seeking.floor.speeds != (0.0, 0.0)
 
 
 def test_on_its_dock_a_base_charges_on_without_any_order(loose):
@@ -314,35 +304,28 @@ def test_on_its_dock_a_base_charges_on_without_any_order(loose):
 
 @pytest.mark.parametrize(("seconds", "seeks"), [(0.7, True), (2.0, False)])
 def test_silence_while_the_base_seeks_its_dock_stops_it_and_the_same_rule_says_what_follows(
-    loose, seconds, seeks
+    seeking, seconds, seeks
 ):
-    rig = loose(DockRig)
-    rig.base.dock()
-    rig.drive(STOP, 1.0)
-    publish, rig.stub.publish = rig.stub.publish, lambda: None
-    rig.drive(STOP, 0.3)
-    assert rig.floor.speeds == (0.0, 0.0)
-    before = rig.floor.wheel_travel
-    rig.drive(STOP, seconds - 0.3)
-    assert rig.floor.wheel_travel == before
-    rig.stub.publish = publish
-    rig.drive(STOP, 1.0)
-    assert (rig.floor.speeds != (0.0, 0.0)) == seeks
-    assert rig.base.read().maybe_moved != seeks
+    with seeking.silence():
+        seeking.drive(STOP, 0.3)
+        assert seeking.floor.speeds == (0.0, 0.0)
+        before = seeking.floor.wheel_travel
+        seeking.drive(STOP, seconds - 0.3)
+        assert seeking.floor.wheel_travel == before
+    seeking.drive(STOP, 1.0)
+    assert (seeking.floor.speeds != (0.0, 0.0)) == seeks
+    assert seeking.base.read().maybe_moved != seeks
 
 
-def test_a_cable_that_was_out_while_the_base_sought_its_dock_has_it_stopped_first(loose):
-    rig = loose(DockRig)
-    rig.base.dock()
-    rig.drive(STOP, 1.0)
-    rig.out = True
-    rig.drive(STOP, 2.0)
-    assert rig.floor.speeds != (0.0, 0.0)  # no command reaches it
-    rig.out = False
-    rig.drive(STOP, 0.45)
-    assert rig.floor.speeds == (0.0, 0.0)
-    rig.drive(STOP, 0.5)
-    assert rig.base.read().maybe_moved
+def test_a_cable_that_was_out_while_the_base_sought_its_dock_has_it_stopped_first(seeking):
+    seeking.out = True
+    seeking.drive(STOP, 2.0)
+    assert seeking.floor.speeds != (0.0, 0.0)  # no command reaches it
+    seeking.out = False
+    seeking.drive(STOP, 0.45)
+    assert seeking.floor.speeds == (0.0, 0.0)
+    seeking.drive(STOP, 0.5)
+    assert seeking.base.read().maybe_moved
 
 
 def test_the_first_command_once_the_cable_is_back_stops_the_wheels(rig):

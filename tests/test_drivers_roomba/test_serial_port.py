@@ -29,42 +29,36 @@ def plugged(monkeypatch):
     return adapters
 
 
-def test_a_device_that_comes_back_at_another_path_is_found(plugged):
+@pytest.mark.parametrize("opened_before", [True, False])
+def test_a_device_that_comes_back_at_another_path_is_found_even_by_who_has_not_opened_it(
+    plugged, opened_before
+):
     plugged["/dev/ttyUSB0"] = ("roomba", "1-1")
     address = SerialAddress("/dev/ttyUSB0")
-    assert address.open() == "/dev/ttyUSB0"
+    if opened_before:
+        assert address.open() == "/dev/ttyUSB0"
     plugged["/dev/ttyUSB1"] = plugged.pop("/dev/ttyUSB0")
     plugged["/dev/ttyUSB0"] = ("lidar", "1-2")
-    assert address.open() == "/dev/ttyUSB1"
+    handed_on = address if opened_before else pickle.loads(pickle.dumps(address))
+    assert handed_on.open() == "/dev/ttyUSB1"
 
 
-def test_another_device_at_its_path_is_not_opened(plugged):
-    plugged["/dev/ttyUSB0"] = ("roomba", "1-1")
+@pytest.mark.parametrize(
+    ("ours", "other", "back", "said"),
+    [
+        (("roomba", "1-1"), ("lidar", "1-1"), ("roomba", "1-3"), "plug it in again"),
+        ((None, "1-1"), (None, "1-2"), (None, "1-1"), "where it was"),
+    ],
+    ids=["by its number", "without a number by its socket"],
+)
+def test_another_device_at_its_path_is_not_opened(plugged, ours, other, back, said):
+    plugged["/dev/ttyUSB0"] = ours
     address = SerialAddress("/dev/ttyUSB0")
     address.open()
-    plugged["/dev/ttyUSB0"] = ("lidar", "1-1")
-    with pytest.raises(DeviceError, match="plug it in again"):
+    plugged["/dev/ttyUSB0"] = other
+    with pytest.raises(DeviceError, match=said):
         address.open()
-    plugged["/dev/ttyUSB1"] = ("roomba", "1-3")
-    assert address.open() == "/dev/ttyUSB1"
-
-
-def test_whoever_has_not_opened_it_knows_the_device_too(plugged):
-    plugged["/dev/ttyUSB0"] = ("roomba", "1-1")
-    address = SerialAddress("/dev/ttyUSB0")
-    plugged["/dev/ttyUSB1"] = plugged.pop("/dev/ttyUSB0")
-    plugged["/dev/ttyUSB0"] = ("lidar", "1-2")
-    assert pickle.loads(pickle.dumps(address)).open() == "/dev/ttyUSB1"
-
-
-def test_adapters_without_a_number_are_distinguished_by_their_sockets(plugged):
-    plugged["/dev/ttyUSB0"] = (None, "1-1")
-    address = SerialAddress("/dev/ttyUSB0")
-    address.open()
-    plugged["/dev/ttyUSB0"] = (None, "1-2")
-    with pytest.raises(DeviceError, match="where it was"):
-        address.open()
-    plugged["/dev/ttyUSB1"] = (None, "1-1")
+    plugged["/dev/ttyUSB1"] = back
     assert address.open() == "/dev/ttyUSB1"
 
 

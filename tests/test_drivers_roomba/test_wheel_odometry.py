@@ -9,19 +9,17 @@ from drivers.roomba.commands import METRES_PER_COUNT
 from drivers.roomba.odometry import WheelOdometry, counts_between, without_reversal
 from drivers.roomba.serial_port import open_serial
 from sim_stubs.roomba.base import SimulatedRoomba
-from sim_stubs.world.body import Contacts, FreeFloor
-from tests.helpers.roomba_rig import open_lockstep
+from tests.helpers.roomba_rig import Floor, open_lockstep
 from vizbot.core.geometry import invert, yaw_of
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import Twist
 
 
-class SluggishFloor:
+class SluggishFloor(Floor):
     """An empty floor for wheels that take their time to reach the speed they are told."""
 
     def __init__(self):
-        self.free = FreeFloor()
-        self.contacts = Contacts()
+        super().__init__()
         self.target = self.speeds = np.zeros(2)
 
     def set_wheel_speeds(self, left, right):
@@ -31,11 +29,7 @@ class SluggishFloor:
         change = 2.0 * seconds
         self.speeds = self.speeds + np.clip(self.target - self.speeds, -change, change)
         self.free.set_wheel_speeds(*self.speeds)
-        self.free.advance(seconds)
-
-    @property
-    def wheel_travel(self):
-        return self.free.wheel_travel
+        super().advance(seconds)
 
 
 @pytest.mark.parametrize(

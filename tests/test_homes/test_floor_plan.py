@@ -29,6 +29,10 @@ def rectangles(plan):
     return [Rectangle(r.name, r.x0, r.y0, r.x1, r.y1) for r in plan.rooms]
 
 
+def of_kind(plan, kind):
+    return [hole for hole in plan.openings if hole.kind == kind]
+
+
 def rooms_beside(plan, opening):
     hole = Rectangle("", opening.x0, opening.y0, opening.x1, opening.y1)
     return [room for room in rectangles(plan) if max(hole.gap(room)) < 0.01]
@@ -65,9 +69,7 @@ def test_rooms_do_not_overlap_and_walls_fit_between_them(plans):
 
 def test_doorways_join_two_rooms_and_are_0_8_to_1_m_wide(plans):
     for plan in plans:
-        for hole in plan.openings:
-            if hole.kind != "doorway":
-                continue
+        for hole in of_kind(plan, "doorway"):
             names = {room.name for room in rooms_beside(plan, hole)}
             width = max(hole.x1 - hole.x0, hole.y1 - hole.y0)
             assert len(rooms_beside(plan, hole)) == 2
@@ -92,12 +94,7 @@ def test_windows_and_the_one_outer_door_lead_outdoors(plans):
             assert hole.pane is not None
             assert hole.kind == "window" or room.name == "hallway"
             assert hole.head < plan.height
-        lit = {
-            room
-            for hole in plan.openings
-            if hole.kind == "window"
-            for room in rooms_beside(plan, hole)
-        }
+        lit = {room for hole in of_kind(plan, "window") for room in rooms_beside(plan, hole)}
         for room in rectangles(plan):
             assert room in lit or room.name in ("hallway", "bathroom", "laundry room")
 
@@ -116,8 +113,7 @@ def test_some_place_in_the_hallway_is_far_from_every_window(plans):
         far = np.stack(
             [
                 away_from(spots, hole.x0, hole.y0, hole.x1, hole.y1) > 3.2
-                for hole in plan.openings
-                if hole.kind == "window"
+                for hole in of_kind(plan, "window")
             ]
         )
         assert far.all(axis=0).any()
@@ -133,8 +129,7 @@ def test_the_robot_gets_through_the_built_structure_into_every_room(plans):
             low, high = grid.cell_of(x0, y0), grid.cell_of(x1, y1)
             walls[low[0] : high[0] + 1, low[1] : high[1] + 1] = True
         free = clearance(walls, grid) > 0.2
-        hall = rectangles(plan)[0]
-        points = free_spots([hall], plan.stairs)
+        points = free_spots([rectangles(plan)[0]], plan.stairs)
         start = next(cell for p in points if free[cell := grid.cell_of(*p)])
         rows, columns = np.nonzero(reachable(free, start))
         xy = grid.pixels_to_xy(np.column_stack([columns, rows]))
@@ -147,7 +142,7 @@ def test_the_robot_gets_through_the_built_structure_into_every_room(plans):
 
 def test_a_plan_without_a_doorway_is_told_from_one_with_it(plans):
     rooms = rectangles(plans[0])
-    ways = [hole for hole in plans[0].openings if hole.kind == "doorway"]
+    ways = of_kind(plans[0], "doorway")
     assert all_reached(rooms, ways, plans[0].stairs)
     bath = next(room for room in rooms if room.name == "bathroom")
     to_bath = next(hole for hole in ways if bath in rooms_beside(plans[0], hole))

@@ -1,12 +1,6 @@
-import pytest
-
-from sim_stubs.homes.furniture.catalogue import CATALOGUE, CLASSES, Entry, instances, read_catalogue
+from sim_stubs.homes.furniture.catalogue import CATALOGUE, CLASSES, Entry, instances
 from sim_stubs.homes.furniture.source import DESIGNS, counts, design_of, split
-
-REAL = read_catalogue()
-needs_package = pytest.mark.skipif(
-    not REAL, reason=f"Debian's sweethome3d-furniture is not installed ({CATALOGUE})"
-)
+from tests.test_homes.test_furniture import REAL, needs_package
 
 
 def entry(id, name="Chair", height=0.9):

@@ -71,8 +71,7 @@ def test_nothing_bars_the_way_from_doorway_to_doorway():
     assert plan.passable()
     assert plan.against_wall(shape("bed")) is None
     assert plan.against_wall(shape("picture"), elevation=1.2) is not None
-    barred = Block(0.0, 1.5, 1.0, 2.0, 0.0, 0.5)
-    assert not plan.passable([barred])
+    assert not plan.passable([Block(0.0, 1.5, 1.0, 2.0, 0.0, 0.5)])
     assert plan.passable([Block(0.0, 1.5, 0.5, 2.0, 0.0, 0.5)])
 
 

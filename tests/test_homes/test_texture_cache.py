@@ -66,11 +66,15 @@ def test_a_picture_does_not_depend_on_the_number_of_threads(tmp_path, monkeypatc
     assert len(drawn) == 1 and drawn <= {*FLOOR}
 
 
-def test_other_sources_or_libraries_draw_again(dots, monkeypatch):
+@pytest.mark.parametrize("gone", [True, False])
+def test_other_sources_or_libraries_and_a_picture_that_is_gone_draw_again(dots, monkeypatch, gone):
     draw, drawn = dots
-    draw(1, (0.1, 0.2, 0.3))
-    monkeypatch.setattr(canvas, "_drawing", lambda: "another")
-    draw(1, (0.1, 0.2, 0.3))
+    picture = draw(1, (0.1, 0.2, 0.3))
+    if gone:
+        picture.unlink()
+    else:
+        monkeypatch.setattr(canvas, "_drawing", lambda: "another")
+    assert draw(1, (0.1, 0.2, 0.3)).is_file()
     assert drawn == [1, 1]
 
 
@@ -85,13 +89,6 @@ def test_a_torn_note_is_drawn_again_and_mended(dots, folder, content):
     assert drawn == [1, 1]
 
 
-def test_a_picture_that_is_gone_is_drawn_again(dots):
-    draw, drawn = dots
-    draw(1, (0.1, 0.2, 0.3)).unlink()
-    assert draw(1, (0.1, 0.2, 0.3)).is_file()
-    assert drawn == [1, 1]
-
-
 @pytest.mark.parametrize(
     ("draw", "arguments"),
     [
@@ -101,5 +98,4 @@ def test_a_picture_that_is_gone_is_drawn_again(dots):
     ],
 )
 def test_a_texture_found_is_the_one_that_would_be_drawn(draw, arguments):
-    found = [draw(*arguments) for _ in range(2)]
-    assert found == [draw.__wrapped__(*arguments)] * 2
+    assert [draw(*arguments) for _ in range(2)] == [draw.__wrapped__(*arguments)] * 2

@@ -13,6 +13,7 @@ from transformers import CLIPConfig, CLIPModel, CLIPTokenizer
 from mapping.clip.checkpoint import tensors
 from mapping.clip.checkpoint.checkpoint import find_checkpoint
 from mapping.clip.encoder import load_clip
+from tests.helpers.failing import raising
 from tests.helpers.random_clip import letters_tokenizer, random_clip, save_tiny_clip
 from tests.test_maps.test_clip_encoder import pictures
 from vizbot.core.errors import ConfigError
@@ -278,28 +279,32 @@ def another_model(folder):
     save_file({"conv1.weight": torch.zeros(1)}, folder / WEIGHTS, {"format": "pt"})
 
 
-def one_tensor_less(folder):
-    weights = load_file(folder / WEIGHTS)
-    del weights["visual_projection.weight"]
-    save_file(weights, folder / WEIGHTS, {"format": "pt"})
+def with_weights(change):
+    """A change of the table of weights."""
+
+    def spoil(folder):
+        weights = load_file(folder / WEIGHTS)
+        change(weights)
+        save_file(weights, folder / WEIGHTS, {"format": "pt"})
+
+    return spoil
 
 
-def wider(folder):
-    config = json.loads((folder / "config.json").read_text())
-    config["projection_dim"] = 32
-    (folder / "config.json").write_text(json.dumps(config))
+def with_settings(change):
+    """A change of `config.json`."""
+
+    def spoil(folder):
+        config = json.loads((folder / "config.json").read_text())
+        change(config)
+        (folder / "config.json").write_text(json.dumps(config))
+
+    return spoil
 
 
-def implausible(folder):
-    config = json.loads((folder / "config.json").read_text())
-    config["vision_config"]["num_hidden_layers"] = 10**6
-    (folder / "config.json").write_text(json.dumps(config))
-
-
-def odd_heads(folder):
-    config = json.loads((folder / "config.json").read_text())
-    config["vision_config"]["num_attention_heads"] = 5
-    (folder / "config.json").write_text(json.dumps(config))
+one_tensor_less = with_weights(lambda weights: weights.pop("visual_projection.weight"))
+wider = with_settings(lambda config: config.update(projection_dim=32))
+implausible = with_settings(lambda config: config["vision_config"].update(num_hidden_layers=10**6))
+odd_heads = with_settings(lambda config: config["vision_config"].update(num_attention_heads=5))
 
 
 def newer_tokenizer(folder):
@@ -317,24 +322,15 @@ def part_from_elsewhere(folder):
     (folder / f"{WEIGHTS}.index.json").write_text(json.dumps(listed))
 
 
-def no_numbers(folder):
-    weights = load_file(folder / WEIGHTS)
-    weights["visual_projection.weight"][:] = float("nan")
-    save_file(weights, folder / WEIGHTS, {"format": "pt"})
+no_numbers = with_weights(lambda weights: weights["visual_projection.weight"].fill_(float("nan")))
+no_direction = with_weights(lambda weights: weights["text_projection.weight"].fill_(0.0))
 
 
-def no_direction(folder):
-    weights = load_file(folder / WEIGHTS)
-    weights["text_projection.weight"][:] = 0.0
-    save_file(weights, folder / WEIGHTS, {"format": "pt"})
-
-
-def blind(folder):
+@with_weights
+def blind(weights):
     """Whatever the picture, the same comes out."""
-    weights = load_file(folder / WEIGHTS)
     weights["vision_model.post_layernorm.weight"][:] = 0.0
     weights["vision_model.post_layernorm.bias"][:] = 1.0
-    save_file(weights, folder / WEIGHTS, {"format": "pt"})
 
 
 def no_words(folder):
@@ -370,7 +366,7 @@ CAUSES = {
 }
 
 
-@pytest.mark.parametrize("spoil", CAUSES)
+@pytest.mark.parametrize("spoil", CAUSES, ids=CAUSES.values())
 def test_each_cause_why_weights_cannot_be_used_has_its_own_line(
     folder, spoil, tmp_path, monkeypatch
 ):
@@ -413,10 +409,7 @@ def test_weights_that_may_not_be_read_say_so(folder, monkeypatch):
               OSError(12, "Cannot allocate memory")],
 )  # fmt: skip
 def test_too_little_memory_is_no_damage(folder, monkeypatch, error):
-    def fail(_path):
-        raise error
-
-    monkeypatch.setattr(tensors, "load_file", fail)
+    monkeypatch.setattr(tensors, "load_file", raising(error))
     assert "does not fit into this computer's memory: model.safetensors has" in refusal(folder)
 
 

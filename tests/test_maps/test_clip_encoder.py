@@ -7,6 +7,7 @@ from transformers import CLIPConfig, CLIPModel
 from transformers.models.clip.image_processing_pil_clip import CLIPImageProcessorPil
 
 from mapping.clip.encoder import ImageInput, TransformersClip, load_clip, to_pixel_values
+from tests.helpers.failing import raising
 from tests.helpers.random_clip import letters_tokenizer, random_clip, save_tiny_clip
 from vizbot.core.errors import ConfigError, DeviceError
 
@@ -66,9 +67,7 @@ def encoder(tmp_path):
 
 @pytest.fixture
 def no_network(monkeypatch):
-    def refuse(*args, **kwargs):
-        raise AssertionError("the network was asked")
-
+    refuse = raising(AssertionError("the network was asked"))
     monkeypatch.setattr(socket, "getaddrinfo", refuse)
     monkeypatch.setattr(socket.socket, "connect", refuse)
 
@@ -208,9 +207,6 @@ def test_a_batch_too_large_for_the_device_is_halved(encoder, monkeypatch):
 
 
 def test_a_device_without_memory_for_one_image_is_an_error_with_its_remedy(encoder, monkeypatch):
-    def never(images):
-        raise torch.OutOfMemoryError("CUDA out of memory")
-
-    monkeypatch.setattr(encoder, "_embedded", never)
+    monkeypatch.setattr(encoder, "_embedded", raising(torch.OutOfMemoryError("CUDA out of memory")))
     with pytest.raises(DeviceError, match="no memory left for one image; end other programs"):
         encoder.embed_images(pictures((40, 60), (40, 60)))

@@ -121,38 +121,27 @@ def test_a_map_that_could_not_be_loaded_is_not_saved_and_the_older_one_stays(
     assert names_in(tmp_path) == ["home"]
 
 
-def test_a_map_too_large_to_be_loaded_is_not_saved_and_the_older_one_stays(tmp_path, monkeypatch):
-    older = bundle_of(1)
-    save(older, tmp_path / "home")
+def too_large(monkeypatch):
     monkeypatch.setattr(map_bundle, "MOST_BYTES", 1000)
-    with pytest.raises(MapError, match="more than 1000"):
-        save(bundle_of(2), tmp_path / "home")
-    assert_same(load(tmp_path / "home"), older)
 
 
-@pytest.mark.parametrize("failing", range(1, 4))
-def test_a_disk_that_fails_while_saving_leaves_the_older_map_whole(tmp_path, monkeypatch, failing):
-    older = bundle_of(1)
-    save(older, tmp_path / "home")
-    calls, fsync = [], os.fsync
+def full_disk(failing):
+    def patch(monkeypatch):
+        calls, fsync = [], os.fsync
 
-    def full_disk(descriptor):
-        calls.append(descriptor)
-        if len(calls) == failing:
-            raise OSError(28, "No space left on device")
-        fsync(descriptor)
+        def fail(descriptor):
+            calls.append(descriptor)
+            if len(calls) == failing:
+                raise OSError(28, "No space left on device")
+            fsync(descriptor)
 
-    monkeypatch.setattr(os, "fsync", full_disk)
-    with pytest.raises(MapError, match="No space left") as error:
-        save(bundle_of(2), tmp_path / "home")
-    assert "\n" not in str(error.value)
-    assert_same(load(tmp_path / "home"), older)
-    assert names_in(tmp_path) == ["home"]
+        monkeypatch.setattr(os, "fsync", fail)
+
+    return patch
 
 
-def test_an_older_map_moves_back_when_the_new_one_cannot_move_in(tmp_path, monkeypatch):
-    older, rename = bundle_of(1), Path.rename
-    save(older, tmp_path / "home")
+def no_way_in(monkeypatch):
+    rename = Path.rename
 
     def refuse_partial(path, target):
         if path.name == ".home.partial":
@@ -160,8 +149,24 @@ def test_an_older_map_moves_back_when_the_new_one_cannot_move_in(tmp_path, monke
         return rename(path, target)
 
     monkeypatch.setattr(Path, "rename", refuse_partial)
-    with pytest.raises(MapError, match="Permission denied"):
+
+
+@pytest.mark.parametrize(
+    ("patch", "said"),
+    [
+        (too_large, "more than 1000"),
+        *((full_disk(failing), "No space left") for failing in range(1, 4)),
+        (no_way_in, "Permission denied"),
+    ],
+)
+def test_where_saving_fails_the_older_map_stays_whole(tmp_path, monkeypatch, patch, said):
+    older = bundle_of(1)
+    save(older, tmp_path / "home")
+    patch(monkeypatch)
+    with pytest.raises(MapError, match=said) as error:
         save(bundle_of(2), tmp_path / "home")
+    assert "\n" not in str(error.value)
+    monkeypatch.undo()
     assert_same(load(tmp_path / "home"), older)
     assert names_in(tmp_path) == ["home"]
 

@@ -1,6 +1,6 @@
 """A snapshot stays what the map was, whatever the run does meanwhile."""
 
-import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -81,10 +81,8 @@ def test_a_snapshot_is_whole_and_stays_so_while_keyframes_move(seed, events):
             snapshot = perception.snapshot()
             taken.append((snapshot, snapshot.bundle()))
     perception.finish()
-    joined = []
-    beside = threading.Thread(target=lambda: joined.extend(each.bundle() for each, _ in taken))
-    beside.start()
-    beside.join()
+    with ThreadPoolExecutor(1) as beside:
+        joined = list(beside.map(lambda snapshot: snapshot[0].bundle(), taken))
     for late, (_, at_once) in zip(joined, taken, strict=True):
         assert_same(late, at_once)
     with TemporaryDirectory() as folder:

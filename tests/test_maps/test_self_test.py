@@ -30,9 +30,11 @@ def of_the_batch(things):
     return rows / np.linalg.norm(rows, axis=1, keepdims=True)
 
 
+THIRD_SWAPPED = swapped(1, 2)
+"""It shows in three texts and not in two pictures."""
 FAULTS = {
     swapped(0, 1): "in another order",
-    swapped(1, 2): "in another order",
+    THIRD_SWAPPED: "in another order",
     of_the_batch: "otherwise alone than among others",
     lambda things: directions([things[0]] * len(things)): "as the same",
     lambda things: directions(things) * np.nan: "no direction",
@@ -45,20 +47,15 @@ def test_an_encoder_that_does_what_it_is_for_has_no_fault():
     assert fault_in_use(encoder) is None
 
 
-@pytest.mark.parametrize("embed", FAULTS)
-def test_texts_that_are_embedded_wrongly_are_a_fault(embed):
-    encoder = SimpleNamespace(embed_texts=embed, embed_images=directions)
-    fault = fault_in_use(encoder)
-    assert "texts" in fault and FAULTS[embed] in fault
-
-
-@pytest.mark.parametrize("embed", [each for each in FAULTS if FAULTS[each] != "in another order"])
-def test_pictures_that_are_embedded_wrongly_are_a_fault(embed):
-    encoder = SimpleNamespace(embed_texts=directions, embed_images=embed)
-    fault = fault_in_use(encoder)
-    assert "pictures" in fault and FAULTS[embed] in fault
-
-
-def test_pictures_in_another_order_are_a_fault():
-    encoder = SimpleNamespace(embed_texts=directions, embed_images=swapped(0, 1))
-    assert "pictures" in fault_in_use(encoder)
+@pytest.mark.parametrize(
+    ("things", "embed"),
+    [
+        *(("texts", embed) for embed in FAULTS),
+        *(("pictures", embed) for embed in FAULTS if embed is not THIRD_SWAPPED),
+    ],
+)
+def test_what_is_embedded_wrongly_is_a_fault(things, embed):
+    by = {"embed_texts": directions, "embed_images": directions}
+    by["embed_texts" if things == "texts" else "embed_images"] = embed
+    fault = fault_in_use(SimpleNamespace(**by))
+    assert things in fault and FAULTS[embed] in fault

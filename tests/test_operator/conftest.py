@@ -1,7 +1,5 @@
 """A session that is served on this machine."""
 
-from contextlib import ExitStack
-
 import pytest
 
 from tests.helpers.documented_api import DocumentedClient
@@ -18,10 +16,3 @@ def server(session):
 def http(server):
     with DocumentedClient(server.url) as http:
         yield http
-
-
-@pytest.fixture
-def opened():
-    """What is closed at the end of a test."""
-    with ExitStack() as opened:
-        yield opened

@@ -62,13 +62,6 @@ def test_what_is_no_goal_and_no_place_is_refused_with_the_reason(http, session, 
     assert session.queue.tasks() == []
 
 
-def test_a_place_at_once_comes_before_what_was_asked_for(http, session):
-    http.post("/goals", json={"texts": ["sofa"]})
-    assert session.queue.current().text == "sofa"
-    http.post("/place", json={"x": 1, "y": 2, "at_once": True})
-    assert session.queue.current().called_off
-
-
 @pytest.mark.parametrize("path", ["/explore", "/come-back", "/dock"])
 def test_what_needs_no_words_comes_at_once_where_it_shall(http, session, path):
     http.post("/goals", json={"texts": ["sofa"]})

@@ -2,11 +2,10 @@
 
 import json
 import socket
-from contextlib import closing
 
 import pytest
 
-from tests.helpers.clients import open_client
+from tests.helpers.clients import client_of
 from tests.helpers.roomba_rig import wait_for
 from tests.helpers.served import served
 from vizbot.operator.api.connections import connection_limits
@@ -15,10 +14,6 @@ STOP = b"POST /stop HTTP/1.1\r\nHost: localhost\r\n"
 CHUNKED = STOP + b"Transfer-Encoding: chunked\r\n\r\n"
 JSON = b"Content-Type: application/json\r\n"
 WHO = b'{"who": "ann"}'
-
-
-def connect(server, opened):
-    return opened.enter_context(closing(open_client(int(server.url.rsplit(":", 1)[1]))))
 
 
 def answered(client):
@@ -43,7 +38,7 @@ def stopped_by(session):
     ],
 )
 def test_a_request_is_read_however_it_comes(server, session, opened, parts):
-    client = connect(server, opened)
+    client = client_of(server, opened)
     client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     for part in parts:
         client.sendall(part)
@@ -52,7 +47,7 @@ def test_a_request_is_read_however_it_comes(server, session, opened, parts):
 
 
 def test_a_large_body_in_chunks_is_read(server, opened):
-    client = connect(server, opened)
+    client = client_of(server, opened)
     head = CHUNKED.replace(b"/stop", b"/doubt").replace(b"Host", JSON + b"Host")
     body = b'{"question": "what?"}'.ljust(40_000)
     client.sendall(head + b"%x\r\n%b\r\n" % (len(body), body))
@@ -70,7 +65,7 @@ def test_a_large_body_in_chunks_is_read(server, opened):
     ],
 )
 def test_what_is_no_head_is_refused_and_stops_nothing(server, session, opened, head):
-    client = connect(server, opened)
+    client = client_of(server, opened)
     client.sendall(head)
     assert answered(client) == (400, {"detail": "this is no HTTP request, or its head is too long"})
     assert session.stops == 0
@@ -80,7 +75,7 @@ def test_what_is_no_head_is_refused_and_stops_nothing(server, session, opened, h
     "line", [b"1;" + 7900 * b"\t" + b"\n\r\n", b"0\r\nA:" + 7900 * b"\t" + b"\0"]
 )
 def test_long_lines_between_chunks_are_refused(server, opened, line):
-    client = connect(server, opened)
+    client = client_of(server, opened)
     client.sendall(CHUNKED.replace(b"/stop", b"/doubt") + line)
     assert client.recv(4096).startswith(b"HTTP/1.1 400 ")
 
@@ -90,7 +85,7 @@ def test_who_trickles_a_head_is_hung_up_on_in_the_time_of_a_silent_one(
 ):
     monkeypatch.setattr(connection_limits, "_REQUEST_TIMEOUT", 0.3)
     with served(session) as server:
-        client = connect(server, opened)
+        client = client_of(server, opened)
         client.sendall(STOP + b"A: " + 9000 * b"a")
         client.settimeout(0.05)
         wait_for(lambda: _is_cut_off(client))

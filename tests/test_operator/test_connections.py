@@ -6,7 +6,7 @@ from contextlib import closing
 
 import httpx
 
-from tests.helpers.clients import is_closed, open_client
+from tests.helpers.clients import client_of, is_closed, open_client
 from tests.helpers.served import served
 from vizbot.operator.api import auth
 from vizbot.operator.api.connections import connection_limits
@@ -44,10 +44,6 @@ class Clocked:
         asyncio.run(self.listener.close_silent())
 
 
-def port_of(server):
-    return int(server.url.rsplit(":", 1)[1])
-
-
 def stop(url, host="127.0.0.1"):
     with httpx.Client(transport=httpx.HTTPTransport(local_address=host), timeout=5.0) as http:
         return http.post(f"{url}/stop").status_code
@@ -55,13 +51,13 @@ def stop(url, host="127.0.0.1"):
 
 def ask_without_end(server, opened):
     """Something that is being answered, for what is sent along does not come."""
-    client = opened.enter_context(closing(open_client(port_of(server))))
+    client = client_of(server, opened)
     client.sendall(UNFINISHED + b"Expect: 100-continue\r\n\r\n")
     assert client.recv(4096).startswith(b"HTTP/1.1 100")
 
 
 def test_idle_connections_do_not_delay_a_stop_from_their_own_address(server, session, opened):
-    idle = [opened.enter_context(closing(open_client(port_of(server)))) for _ in range(2 * MOST)]
+    idle = [client_of(server, opened) for _ in range(2 * MOST)]
     assert stop(server.url) == 200
     assert session.stops == 1
     assert not any(is_closed(each) for each in idle)  # they wait where nobody waits for them
@@ -84,7 +80,7 @@ def test_who_sends_no_whole_body_is_hung_up_on(session, opened, monkeypatch):
             UNFINISHED + b"\r\n",
             b"GET /state HTTP/1.1\r\nHost: localhost\r\n\r\nG",  # and the begin of another one
         ):
-            clients.append(opened.enter_context(closing(open_client(port_of(server)))))
+            clients.append(client_of(server, opened))
             clients[-1].sendall(sent)
         for client in clients:
             while client.recv(4096):  # until it is closed

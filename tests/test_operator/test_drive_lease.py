@@ -46,9 +46,11 @@ def test_a_command_that_is_too_old_has_no_effect_and_one_that_gets_too_old_ends(
     assert lease.twist() == STOP
 
 
-def test_a_command_from_the_future_has_no_effect(lease, hand):
+@pytest.mark.parametrize(("later", "speed"), [(0.1, 0.2), (0.0, float("nan")), (0.0, float("inf"))])
+def test_a_command_from_the_future_or_of_no_motion_has_no_effect(lease, hand, later, speed):
     link = lease.take("ann")
-    assert not lease.accept(link, 1, hand.time + 0.1, AHEAD)
+    assert not lease.accept(link, 1, hand.time + later, Twist(speed, 0.0))
+    assert lease.twist() == STOP
 
 
 @given(st.lists(st.integers(0, 8), max_size=30))
@@ -75,10 +77,3 @@ def test_one_person_drives_at_a_time_and_hands_over(lease, hand):
     assert not lease.accept(first, 2, hand.time, AHEAD)
     lease.release(first)
     assert lease.holds(second) and not lease.holds(first)
-
-
-@pytest.mark.parametrize("speed", [float("nan"), float("inf")])
-def test_what_is_no_motion_has_no_effect(lease, hand, speed):
-    link = lease.take("ann")
-    assert not lease.accept(link, 1, hand.time, Twist(speed, 0.0))
-    assert lease.twist() == STOP

@@ -73,6 +73,13 @@ def http(robot):
         robot.end()
 
 
+@pytest.fixture
+def running(robot, http):
+    """The robot, whose loop runs."""
+    robot.start()
+    return robot
+
+
 def drive_ahead(robot):
     """As somebody by hand would, until it is a metre away."""
     motion = Twist(1.0 / 0.21, 0.0)
@@ -80,8 +87,7 @@ def drive_ahead(robot):
     wait_for(lambda: robot.session.newest_step().T_map_base[0, 3] > 0.9)
 
 
-def test_the_map_is_asked_in_words(robot, http):
-    robot.start()
+def test_the_map_is_asked_in_words(running, http):
     said = http.get("/map/places", params={"text": "yellow chair"}).json()
     assert (said["text"], said["outcome"]) == ("yellow chair", "located")
     assert said["places"][0]["score"] > said["threshold"]
@@ -99,28 +105,16 @@ def test_how_the_encoder_reads_the_words_is_part_of_the_answers(robot, http, mon
     assert said["told"].startswith("lemon chair: ") and said["told"].endswith(f" ({note})")
 
 
-class Blank:
-    """A pipeline that has seen nothing yet."""
-
-    keep_out = ()
-    map = SimpleNamespace(number=0)
-
-    def __init__(self, method):
-        self.config = Config(objectnav=ObjectNavConfig(method=method))
-
-    def snapshot(self):
-        return None
-
-    def goal(self, text):
-        return Goal(text, np.ones(2, np.float32), 0.3)
-
-    def question(self, goal):
-        return Query(goal.embedding, None)
-
-
 @pytest.mark.parametrize(("method", "threshold"), [("paper", 0.3), ("belief", 0.5)])
 def test_before_there_is_a_map_nothing_is_on_it(robot, http, method, threshold):
-    blank = Blank(method)
+    blank = SimpleNamespace(
+        keep_out=(),
+        map=SimpleNamespace(number=0),
+        config=Config(objectnav=ObjectNavConfig(method=method)),
+        snapshot=lambda: None,
+        goal=lambda text: Goal(text, np.ones(2, np.float32), 0.3),
+        question=lambda goal: Query(goal.embedding, None),
+    )
     jobs = robot.session.jobs
     loop = threading.Thread(target=lambda: [jobs.do_next(blank, DEADLINE) for _ in range(3)])
     loop.start()
@@ -178,8 +172,7 @@ def test_the_loop_neither_joins_nor_saves_nor_answers(robot, monkeypatch, tmp_pa
     assert robot._loop not in {thread for _, thread in workers}
 
 
-def test_keep_out_zones_are_set_told_drawn_and_kept_with_the_map(robot, http):
-    robot.start()
+def test_keep_out_zones_are_set_told_drawn_and_kept_with_the_map(running, http):
     assert http.put("/map/keep-out", json={"zones": [SQUARE]}).json() == {"zones": 1}
     assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
     assert http.put("/maps/home", json={}).json() == {"kept": "home"}
@@ -189,8 +182,7 @@ def test_keep_out_zones_are_set_told_drawn_and_kept_with_the_map(robot, http):
     assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
 
 
-def test_zones_of_people_who_draw_and_remove_at_once_are_all_there(robot, http):
-    robot.start()
+def test_zones_of_people_who_draw_and_remove_at_once_are_all_there(running, http):
     zones = [[[x + n, y] for x, y in SQUARE] for n in range(6)]
     http.put("/map/keep-out", json={"zones": zones[:3]})
 
@@ -201,11 +193,10 @@ def test_zones_of_people_who_draw_and_remove_at_once_are_all_there(robot, http):
     with ThreadPoolExecutor(6) as people:
         assert [*people.map(change, range(6))] == [200] * 6
     assert sorted(http.get("/map/keep-out").json()["zones"]) == zones[3:]
-    assert robot.session.log.lines()[-1].text == "keep-out zones: 3"
+    assert running.session.log.lines()[-1].text == "keep-out zones: 3"
 
 
-def test_a_zone_that_is_gone_and_one_too_many_are_refused(robot, http):
-    robot.start()
+def test_a_zone_that_is_gone_and_one_too_many_are_refused(running, http):
     refused = refusal(http.request("DELETE", "/map/keep-out", json={"corners": SQUARE}))
     assert "no such zone" in refused
     http.put("/map/keep-out", json={"zones": [SQUARE] * 100})
@@ -227,8 +218,7 @@ def test_what_is_no_zone_is_refused(http, zones):
     assert http.put("/map/keep-out", json={"zones": zones}).status_code == 422
 
 
-def test_a_map_is_kept_under_a_name_and_not_written_over_unasked(robot, http, tmp_path):
-    robot.start()
+def test_a_map_is_kept_under_a_name_and_not_written_over_unasked(running, http, tmp_path):
     assert http.get("/maps").json()["names"] == []
     assert http.put("/maps/ground floor", json={}).status_code == 200
     assert http.get("/maps").json()["names"] == ["ground floor"]
@@ -239,44 +229,40 @@ def test_a_map_is_kept_under_a_name_and_not_written_over_unasked(robot, http, tm
 
 
 @pytest.mark.parametrize("name", ["..", ".hidden", "a%2Fb", "%00", "a" * 61, "-x"])
-def test_a_name_leads_nowhere_else(robot, http, tmp_path, name):
-    robot.start()
+def test_a_name_leads_nowhere_else(running, http, tmp_path, name):
     assert http.put(f"/maps/{name}", json={}).status_code in (404, 405, 409)
     assert not (tmp_path / "vizbot").exists()
 
 
-def test_a_robot_goes_on_in_a_kept_map_and_the_one_it_leaves_is_not_lost(robot, http, tmp_path):
-    robot.start()
+def test_a_robot_goes_on_in_a_kept_map_and_the_one_it_leaves_is_not_lost(running, http, tmp_path):
     http.put("/maps/home", json={})
-    drive_ahead(robot)
+    drive_ahead(running)
     left = http.post("/maps/home/begin").json()["left"]
     assert left.startswith("left ")
     assert set(http.get("/maps").json()["names"]) == {"home", left}
     kept = map_bundle.load(tmp_path / "vizbot" / "maps" / left)
     assert np.ptp(kept.final_poses()[:, 0, 3]) > 0.9
-    assert robot.pipeline.map.saved is not None
+    assert running.pipeline.map.saved is not None
 
 
-def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(robot, http):
-    robot.start()
+def test_a_map_that_holds_nothing_yet_is_left_without_a_trace(running, http):
     assert http.post("/map/new").json() == {"left": None}
     assert http.get("/maps").json()["names"] == []
 
 
 @pytest.mark.parametrize("cause", NO_MAP)
 def test_a_map_that_cannot_be_saved_is_asked_for_once_more_and_left_then(
-    robot, http, monkeypatch, tmp_path, cause
+    running, http, monkeypatch, tmp_path, cause
 ):
-    robot.start()
     http.put("/map/keep-out", json={"zones": [SQUARE]})
     cause(monkeypatch)
-    number = robot.pipeline.map.number
+    number = running.pipeline.map.number
     said = refusal(http.post("/map/new"))
-    assert robot.pipeline.map.number == number
+    assert running.pipeline.map.number == number
     assert NO_MAP[cause] in said and "; or ask once more to leave this map" in said
     assert http.post("/map/new").json() == {"left": None}
-    assert robot.pipeline.map.number == number + 1
-    said = [line.text for line in robot.session.log.lines()]
+    assert running.pipeline.map.number == number + 1
+    said = [line.text for line in running.session.log.lines()]
     assert "the map that could not be saved is given up" in said
     http.put("/map/keep-out", json={"zones": [SQUARE]})
     assert http.post("/map/new").status_code == 409  # another map, which nobody was asked about
@@ -285,12 +271,11 @@ def test_a_map_that_cannot_be_saved_is_asked_for_once_more_and_left_then(
     assert http.post("/map/new").json()["left"] is not None  # it can be saved again
 
 
-def test_a_map_that_has_nearly_the_largest_size_is_not_gone_on_in(robot, http, monkeypatch):
-    robot.start()
+def test_a_map_that_has_nearly_the_largest_size_is_not_gone_on_in(running, http, monkeypatch):
     http.put("/maps/home", json={}).raise_for_status()
     monkeypatch.setattr(map_bundle, "MOST_BYTES", map_bundle.GROWTH)
     assert "begin a new one" in refusal(http.post("/maps/home/begin"))
-    assert robot.pipeline.map.saved is None
+    assert running.pipeline.map.saved is None
 
 
 def test_maps_are_not_changed_under_a_robot_that_has_something_to_do(robot, http, monkeypatch):
@@ -307,8 +292,7 @@ def test_maps_are_not_changed_under_a_robot_that_has_something_to_do(robot, http
     assert http.get("/maps").json()["names"] == []
 
 
-def test_people_who_keep_a_map_at_once_leave_one_that_is_whole(robot, http, tmp_path):
-    robot.start()
+def test_people_who_keep_a_map_at_once_leave_one_that_is_whole(running, http, tmp_path):
     http.put("/maps/home", json={})
     with ThreadPoolExecutor(6) as people:
         list(people.map(lambda _: http.put("/maps/home", json={"replace": True}), range(6)))
@@ -316,39 +300,35 @@ def test_people_who_keep_a_map_at_once_leave_one_that_is_whole(robot, http, tmp_
     assert http.get("/maps").json()["names"] == ["home"]
 
 
-def test_zones_alone_make_a_map_worth_keeping(robot, http):
-    robot.start()
+def test_zones_alone_make_a_map_worth_keeping(running, http):
     http.put("/map/keep-out", json={"zones": [SQUARE]})
     left = http.post("/map/new").json()["left"]
     assert left is not None
     http.post(f"/maps/{left}/begin")
     assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
-    assert robot.session.log.lines()[-1].text.endswith("keep-out zones: 1")
+    assert running.session.log.lines()[-1].text.endswith("keep-out zones: 1")
 
 
-def test_a_map_that_is_missing_or_of_another_encoder_is_refused(robot, http, tmp_path):
-    robot.start()
+def test_a_map_that_is_missing_or_of_another_encoder_is_refused(running, http, tmp_path):
     assert http.post("/maps/nowhere/begin").status_code == 409
     map_bundle.save(bundle_of(model_id="ViT-B/32"), tmp_path / "vizbot" / "maps" / "other")
     assert "ViT-B/32" in refusal(http.post("/maps/other/begin"))
-    assert robot.pipeline.map.saved is None
+    assert running.pipeline.map.saved is None
 
 
-def test_a_map_with_wrong_arrays_leaves_the_robot_in_the_map_it_had(robot, http, tmp_path):
-    robot.start()
+def test_a_map_with_wrong_arrays_leaves_the_robot_in_the_map_it_had(running, http, tmp_path):
     http.put("/maps/home", json={})
     spoil = replacing("elements.keyframes", lambda keyframes: np.full_like(keyframes, 7))
     spoil(tmp_path / "vizbot" / "maps" / "home")
     refused = refusal(http.post("/maps/home/begin"))
     assert "elements.keyframes refers to a keyframe that is not there" in refused
-    step = robot.session.newest_step()
-    wait_for(lambda: robot.session.newest_step().index > step.index)
-    assert robot.session.newest_step().map_number == step.map_number
+    step = running.session.newest_step()
+    wait_for(lambda: running.session.newest_step().index > step.index)
+    assert running.session.newest_step().map_number == step.map_number
     assert http.get("/maps").json()["names"] == ["home"]
 
 
-def test_a_disk_that_is_full_is_told(robot, http, monkeypatch):
-    robot.start()
+def test_a_disk_that_is_full_is_told(running, http, monkeypatch):
     full = OSError(28, "No space left on device")
     monkeypatch.setattr("mapping.map_bundle.save", raising(full))
     assert "No space left on device" in refusal(http.put("/maps/home", json={}))
@@ -360,16 +340,14 @@ def said(http, text):
     return answer["said"][0]
 
 
-def test_what_the_robot_knows_is_told_in_words(robot, http):
-    robot.start()
+def test_what_the_robot_knows_is_told_in_words(running, http):
     assert said(http, 'how many "yellow" are there?').startswith("yellow: one place on my map")
     assert said(http, 'how many "blue" are there?').startswith("blue: no place on my map")
     assert "yellow chair" in said(http, "what do you see?")
     assert said(http, "where are you?").startswith("I am 0.0 m from the origin of my map")
 
 
-def test_a_room_is_closed_in_words_where_the_map_knows_it(robot, http):
-    robot.start()
+def test_a_room_is_closed_in_words_where_the_map_knows_it(running, http):
     assert said(http, 'keep out of "blue"').startswith("blue: nothing on my map looks like it")
     assert http.get("/map/keep-out").json() == {"zones": []}
     assert said(http, 'keep out of "yellow"').startswith("I keep out of the yellow from now on")
@@ -380,12 +358,11 @@ def test_a_room_is_closed_in_words_where_the_map_knows_it(robot, http):
     assert y.min() < place["position"][1] < y.max()
 
 
-def test_the_robot_turns_in_words(robot, http):
-    robot.start()
+def test_the_robot_turns_in_words(running, http):
     asked = http.post("/said", json={"text": "turn left, then go forward 10 cm"}).json()
     assert asked["said"] == ["asked for: turn left 90 degrees, then go forward 0.1 m"]
-    wait_for(lambda: all(task.outcome for task in robot.session.queue.tasks()))
-    turn, way = robot.session.queue.tasks()
+    wait_for(lambda: all(task.outcome for task in running.session.queue.tasks()))
+    turn, way = running.session.queue.tasks()
     assert (turn.outcome, turn.reason) == (Outcome.ARRIVED, "turned as asked")
-    assert yaw_of(robot.body.T_odom_base) == pytest.approx(np.pi / 2, abs=0.1)
+    assert yaw_of(running.body.T_odom_base) == pytest.approx(np.pi / 2, abs=0.1)
     assert (way.outcome, way.reason) == (Outcome.ARRIVED, "0.1 m driven as asked")

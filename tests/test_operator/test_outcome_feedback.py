@@ -3,12 +3,13 @@
 import signal
 import subprocess
 import sys
-import threading
+from functools import partial
 
 import pytest
 
 from sim_stubs.roomba.base import SimulatedRoomba, run_on_wall_clock
 from sim_stubs.world.body import FreeFloor
+from tests.helpers.beside import beside
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from vizbot.core.types import BaseMode
 
@@ -39,25 +40,20 @@ cli.main()
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_stops_the_wheels_and_leaves_the_base_in_passive_mode(number):
-    floor, ended = FreeFloor(), threading.Event()
+    floor, command = FreeFloor(), [sys.executable, "-c", PROGRAM]
     with SimulatedRoomba(floor) as stub:
-        server = threading.Thread(target=run_on_wall_clock, args=(stub, ended))
-        server.start()
-        program = subprocess.Popen(
-            [sys.executable, "-c", PROGRAM, stub.path], stderr=subprocess.PIPE
-        )
-        try:
-            wait_for(lambda: floor.wheel_travel[0] > 0.02)
-            program.send_signal(number)
-            program.send_signal(number)  # an impatient second one changes nothing
-            _, errors = program.communicate(timeout=DEADLINE)
-            wait_for(lambda: stub.mode is BaseMode.PASSIVE)
-            travel = floor.wheel_travel
-            assert program.returncode == 130
-            assert b"Traceback" not in errors
-        finally:
-            program.kill()
-            ended.set()
-            server.join()
+        with beside(partial(run_on_wall_clock, stub)):
+            program = subprocess.Popen([*command, stub.path], stderr=subprocess.PIPE)
+            try:
+                wait_for(lambda: floor.wheel_travel[0] > 0.02)
+                program.send_signal(number)
+                program.send_signal(number)  # an impatient second one changes nothing
+                _, errors = program.communicate(timeout=DEADLINE)
+                wait_for(lambda: stub.mode is BaseMode.PASSIVE)
+                travel = floor.wheel_travel
+                assert program.returncode == 130
+                assert b"Traceback" not in errors
+            finally:
+                program.kill()
         stub.advance(1.0)
         assert floor.wheel_travel == pytest.approx(travel, abs=0.02)

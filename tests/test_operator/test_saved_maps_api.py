@@ -2,6 +2,7 @@
 
 import time
 import unicodedata
+from dataclasses import replace
 
 import cv2
 import httpx
@@ -56,14 +57,9 @@ def test_a_run_that_begins_in_a_saved_map_is_in_it_until_it_ends(maps):
 def test_the_picture_of_a_saved_map_shows_its_walls_and_zones(http, maps):
     occupancy = np.zeros((60, 80), np.float32)
     occupancy[:, :4] = occupancy[:, -4:] = occupancy[:4] = occupancy[-4:] = 1.0
-    bundle = bundle_of()
     zone = np.array([[1.0, 1.0], [2.0, 1.0], [2.0, 2.0], [1.0, 2.0]], np.float32)
     grid = OccupancyGrid(occupancy, 0.05, np.zeros(2))
-    saved = map_bundle.MapBundle(
-        **{name: getattr(bundle, name) for name in bundle.__dataclass_fields__}
-        | {"grid": grid, "keep_out": (zone,)}
-    )
-    map_bundle.save(saved, maps / "walled")
+    map_bundle.save(replace(bundle_of(), grid=grid, keep_out=(zone,)), maps / "walled")
     answer = http.get("/maps/walled/picture.jpg")
     assert answer.headers["content-type"] == "image/jpeg"
     picture = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR).astype(int)

@@ -49,6 +49,10 @@ class ScriptedRun:
         run_tasks(self.pipeline, self.clock, self.shared, self.session, ObjectNavConfig(**settings))
         return self.session.queue.tasks()
 
+    def drive_by_hand(self):
+        self.link = self.session.take_lease("ann")
+        self.session.lease.accept(self.link, 1, self.session.lease.time(), AHEAD)
+
     def on_step(self, step):
         self.steps.append(step)
         number = len(self.steps)
@@ -82,8 +86,7 @@ def test_stop_ends_everything_at_once_and_a_new_goal_begins_again(pipeline_on):
             40: asks("yellow chair"),
         },
     )
-    tasks = robot.run()
-    outcomes = {task.text: (task.outcome, task.reason) for task in tasks}
+    outcomes = {task.text: (task.outcome, task.reason) for task in robot.run()}
     for text in ("blue chair", "green chair"):
         assert outcomes[text] == (Outcome.GAVE_UP, "stopped by ann")
     assert outcomes["yellow chair"][0] is Outcome.ARRIVED
@@ -99,16 +102,13 @@ def test_a_goal_that_takes_over_ends_the_one_that_runs(pipeline_on):
 
 
 def test_who_drives_by_hand_comes_before_the_goal_which_goes_on_after_that(pipeline_on):
-    links = []
-
     def drive(session):
-        links.append(session.take_lease("ann"))
-        session.lease.accept(links[0], 1, session.lease.time(), AHEAD)
+        robot.drive_by_hand()
         driven.append(len(robot.body.driven))
 
     def let_go(session):
         driven.append(len(robot.body.driven))
-        session.release_lease(links[0], given_back=True)
+        session.release_lease(robot.link, given_back=True)
 
     driven = []
     robot = ScriptedRun(pipeline_on, {0: asks("yellow chair"), 4: drive, 5: let_go})
@@ -122,18 +122,12 @@ def test_who_drives_by_hand_comes_before_the_goal_which_goes_on_after_that(pipel
 def test_when_the_link_of_who_drives_is_lost_the_robot_rests_until_it_is_asked_to_go_on(
     pipeline_on,
 ):
-    links = []
-
-    def drive(session):
-        links.append(session.take_lease("ann"))
-        session.lease.accept(links[0], 1, session.lease.time(), AHEAD)
-
     robot = ScriptedRun(
         pipeline_on,
         {
             0: asks("yellow chair"),
-            4: drive,
-            6: lambda session: session.release_lease(links[0], given_back=False),
+            4: lambda session: robot.drive_by_hand(),
+            6: lambda session: session.release_lease(robot.link, given_back=False),
             20: lambda session: session.go_on(),
         },
         last=200,
@@ -256,23 +250,20 @@ def test_without_a_base_goals_are_looked_up_on_the_map(pipeline_on):
 
 
 def test_what_people_want_of_the_map_is_done_between_two_steps(pipeline_on):
-    steps, late, wrong = [], [], []
+    answers = []
 
     def ask(session):
-        steps.append(session.jobs.submit(lambda pipeline: pipeline.steps))
+        answers.append(session.jobs.submit(lambda pipeline: pipeline.steps))
 
     def ask_wrong(session):
-        wrong.append(session.jobs.submit(lambda pipeline: 1 // 0))
+        answers.append(session.jobs.submit(lambda pipeline: 1 // 0))
 
-    def ask_late(session):
-        late.append(session.jobs.submit(lambda pipeline: pipeline.steps))
-
-    script = {0: ask, 7: ask_wrong, 15: ask, 20: ask_late}
-    robot = ScriptedRun(pipeline_on, script, last=20)
+    robot = ScriptedRun(pipeline_on, {0: ask, 7: ask_wrong, 15: ask, 20: ask}, last=20)
     assert robot.run() == []
-    assert [answer.result(timeout=0) for answer in steps] == [0, 15]
-    assert isinstance(wrong[0].exception(timeout=0), ZeroDivisionError)
-    assert late[0].cancelled()
+    first, wrong, second, late = answers
+    assert (first.result(timeout=0), second.result(timeout=0)) == (0, 15)
+    assert isinstance(wrong.exception(timeout=0), ZeroDivisionError)
+    assert late.cancelled()
 
 
 def test_a_place_is_gone_to_and_the_robot_comes_back(pipeline_on):
@@ -316,7 +307,7 @@ def test_the_state_tells_what_a_person_wants_to_know(pipeline_on):
 class Verdicts:
     """What people say of arrivals, each from a thread of its own while the loop does a step."""
 
-    def __init__(self, confirmed):
+    def __init__(self, confirmed=False):
         self.confirmed, self.answers, self.kept = confirmed, [], []
         self.people = ThreadPoolExecutor(1)
 
@@ -333,7 +324,7 @@ class Verdicts:
 
 
 def test_what_is_not_it_is_searched_for_again_at_once(pipeline_on):
-    verdicts = Verdicts(confirmed=False)
+    verdicts = Verdicts()
     script = {0: asks("yellow chair"), 100: verdicts.say}
     robot = ScriptedRun(pipeline_on, script, last=240)
     first, second = robot.run()
@@ -358,7 +349,7 @@ def test_what_is_it_stays_found_and_the_robot_rests(pipeline_on):
 
 
 def test_before_an_arrival_and_once_another_search_has_begun_nothing_can_be_refuted(pipeline_on):
-    verdicts = Verdicts(confirmed=False)
+    verdicts = Verdicts()
     script = {0: asks("yellow chair"), 3: verdicts.say, 100: asks("blue chair"), 110: verdicts.say}
     ScriptedRun(pipeline_on, script).run()
     assert all("the robot has not arrived, or has begun" in each for each in verdicts.refusals())
@@ -366,7 +357,7 @@ def test_before_an_arrival_and_once_another_search_has_begun_nothing_can_be_refu
 
 
 def test_a_robot_that_goes_on_already_is_not_sent_back_to_search(pipeline_on):
-    verdicts = Verdicts(confirmed=False)
+    verdicts = Verdicts()
     asks = {0: ["yellow chair"], 100: [Waypoint(0.0, 0.0)]}
     script = {step: lambda session, what=what: session.ask(what) for step, what in asks.items()}
     robot = ScriptedRun(pipeline_on, script | {102: verdicts.say}, last=110)
@@ -376,7 +367,7 @@ def test_a_robot_that_goes_on_already_is_not_sent_back_to_search(pipeline_on):
 
 
 def test_a_stop_after_a_verdict_was_sent_keeps_the_search_from_going_on(pipeline_on):
-    verdicts = Verdicts(confirmed=False)
+    verdicts = Verdicts()
 
     def say_and_stop(session):
         verdicts.say(session)
@@ -390,7 +381,7 @@ def test_a_stop_after_a_verdict_was_sent_keeps_the_search_from_going_on(pipeline
 
 
 def test_by_the_method_of_the_paper_an_arrival_cannot_be_refuted(pipeline_on):
-    verdicts = Verdicts(confirmed=False)
+    verdicts = Verdicts()
     script = {0: asks("yellow chair"), 80: verdicts.say}
     robot = ScriptedRun(partial(pipeline_on, method="paper"), script)
     [task] = robot.run()

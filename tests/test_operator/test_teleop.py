@@ -7,13 +7,13 @@ import subprocess
 import sys
 import termios
 import threading
-import time
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from drivers.roomba.serial_port import SerialAddress
 from sim_stubs.world.body import Contacts
-from tests.helpers.roomba_rig import DEADLINE, open_lockstep, wait_for
+from tests.helpers.roomba_rig import DEADLINE, open_lockstep, resting, wait_for
 from vizbot.commands import teleop as command
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
@@ -78,26 +78,14 @@ def open_base(stub):
     return open_lockstep(SerialAddress(stub.path).open, WallClock())
 
 
-class Driving:
+def driving_by(base, person):
     """Teleop beside the test, until it ends."""
 
-    def __init__(self, base, person):
-        self.error = None
-        self._person, self._base = person, base
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
+    def drive():
+        with Terminal(person.keyboard) as terminal:
+            Teleop(base, terminal, WallClock()).run()
 
-    def _run(self):
-        try:
-            with Terminal(self._person.keyboard) as terminal:
-                Teleop(self._base, terminal, WallClock()).run()
-        except (Exception, KeyboardInterrupt) as error:
-            self.error = error
-
-    def end(self):
-        self._thread.join(DEADLINE)
-        assert not self._thread.is_alive()
-        return self.error
+    return ThreadPoolExecutor(1).submit(drive)
 
 
 class Scripted:
@@ -115,15 +103,6 @@ class Scripted:
 
     def resume(self):
         self.told.append("resume")
-
-
-def resting(floor):
-    """Whether the wheels rest for some sensor frames."""
-    before, end = floor.wheel_travel, time.monotonic() + 0.1
-    while time.monotonic() < end:
-        if floor.wheel_travel != before:
-            return False
-    return True
 
 
 @pytest.mark.slow
@@ -156,7 +135,7 @@ def test_an_arrow_that_is_held_rolls_and_a_terminal_that_hangs_up_stops(
 def test_where_releases_are_told_a_key_drives_until_it_goes_up(person, floor, stub):
     person.telling = True
     with open_base(stub) as base:
-        driving = Driving(base, person)
+        driving = driving_by(base, person)
         wait_for(lambda: person.seen.count(ASK) > 2)  # it was understood
         pressed_at = 1.0
 
@@ -177,12 +156,12 @@ def test_where_releases_are_told_a_key_drives_until_it_goes_up(person, floor, st
         wait_for(lambda: resting(floor))
         person.telling = True
         person.type(b"\x1b[113;;113u")
-        assert driving.end() is None
+        assert driving.exception(DEADLINE) is None
 
 
 def test_at_an_edge_it_says_so_and_backs_off_when_asked(person, floor, stub):
     with open_base(stub) as base:
-        driving = Driving(base, person)
+        driving = driving_by(base, person)
         person.hold(UP)
         wait_for(lambda: floor.wheel_travel[0] > 0.02)
         floor.contacts = Contacts(cliffs=(False, True, False, False))
@@ -195,7 +174,7 @@ def test_at_an_edge_it_says_so_and_backs_off_when_asked(person, floor, stub):
         person.hold(DOWN)
         wait_for(lambda: floor.wheel_travel[0] < edge - 0.02)
         person.type(b"\x1b[99;5u")
-        assert isinstance(driving.end(), KeyboardInterrupt)
+        assert isinstance(driving.exception(DEADLINE), KeyboardInterrupt)
 
 
 @pytest.mark.parametrize("by_key", [True, False], ids=["key", "signal"])
@@ -217,7 +196,7 @@ def test_ctrl_c_is_how_one_stops_to_drive(person, signals, monkeypatch, command_
 def test_an_error_restores_the_terminal_and_stops_the_wheels(person):
     before = termios.tcgetattr(person.keyboard)
     base = Scripted(DeviceError("the base is gone"))
-    assert str(Driving(base, person).end()) == "the base is gone"
+    assert str(driving_by(base, person).exception(DEADLINE)) == "the base is gone"
     assert termios.tcgetattr(person.keyboard) == before
     assert base.told[-1] == STOP
     wait_for(lambda: person.seen.rstrip().endswith(b"\x1b[<u"))
@@ -225,13 +204,13 @@ def test_an_error_restores_the_terminal_and_stops_the_wheels(person):
 
 def test_a_silent_base_is_told_of_and_drives_on_only_when_asked_again(person):
     base = Scripted(DeviceTimeoutError("port: no answer; check its cable"))
-    driving = Driving(base, person)
+    driving = driving_by(base, person)
     wait_for(lambda: b"check its cable" in person.seen)
     person.type(UP)
     wait_for(lambda: any(twist.linear > 0 for twist in base.told))
     wait_for(lambda: base.told[-1] == STOP)
     person.type(b"q")
-    assert driving.end() is None
+    assert driving.exception(DEADLINE) is None
 
 
 def test_a_terminal_that_takes_nothing_more_does_not_hold_up_the_wheels(person):

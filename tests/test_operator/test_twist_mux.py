@@ -22,6 +22,11 @@ class Shared:
         self.stopped = threading.Event()
         self.base = TwistMux(self.body, self.lease, self.stopped, lambda: self.time)
 
+    def drive_by_hand(self):
+        link = self.lease.take("ann")
+        self.lease.accept(link, 1, self.time, BACK)
+        return link
+
     @property
     def last(self):
         return self.body.driven[-1] if self.body.driven else None
@@ -40,8 +45,7 @@ def test_the_program_drives_while_nobody_else_does(shared):
 
 
 def test_who_drives_by_hand_comes_first_and_letting_go_stops_the_wheels_once(shared):
-    link = shared.lease.take("ann")
-    shared.lease.accept(link, 1, shared.time, BACK)
+    link = shared.drive_by_hand()
     shared.base.drive(AHEAD)
     shared.base.hold()
     assert shared.body.driven == [BACK]
@@ -58,8 +62,7 @@ def test_every_command_that_is_sent_is_told_with_who_gave_it(shared):
     shared.base.on_drive = lambda *command: told.append(command)
     shared.base.hold()
     shared.base.drive(AHEAD)
-    link = shared.lease.take("ann")
-    shared.lease.accept(link, 1, shared.time, BACK)
+    link = shared.drive_by_hand()
     shared.base.drive(AHEAD)
     shared.base.hold()
     shared.lease.release(link)
@@ -75,8 +78,7 @@ def test_every_command_that_is_sent_is_told_with_who_gave_it(shared):
 
 
 def test_stop_comes_before_everybody(shared):
-    link = shared.lease.take("ann")
-    shared.lease.accept(link, 1, shared.time, BACK)
+    shared.drive_by_hand()
     shared.stopped.set()
     shared.base.drive(AHEAD)
     shared.base.hold()

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from benchmarks.faults.minimal_robot import WheelPoses
-from tests.helpers.scripted_robot import PERIOD, ScriptedBase
+from tests.helpers.scripted_robot import PERIOD, ScriptedBase, until_it_ends
 from vizbot.behaviours.blind_motion import BlindMotion
 from vizbot.core.geometry import camera_mount, planar
 from vizbot.core.observer import Outcome
@@ -130,21 +130,31 @@ test_nor_does_any_while_they_freeze_in_turn = courses(4)
 test_nor_does_any_in_many_courses = pytest.mark.long(courses(300))
 
 
+def frozen(pipeline_on, **sensors):
+    """A base whose sensors show that, and the pipeline on it."""
+    base = FrozenBase(**sensors)
+    return base, pipeline_on(base)
+
+
 def explore(pipeline, ticks):
     return [pipeline.tick(Task.EXPLORE) for _ in range(ticks)]
 
 
+def backed_off(pipeline, base, felt, ticks=60):
+    """How far the robot drives back while its sensors show that [m]."""
+    base.felt, there = felt, base.T_odom_base
+    explore(pipeline, ticks)
+    return -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3])
+
+
 @pytest.mark.parametrize("felt", [BUMPED, WALL, STUCK], ids=["bumper", "wall", "overcurrent"])
 def test_a_contact_that_lasts_ends_the_task_at_rest_and_every_later_one_at_once(pipeline_on, felt):
-    base = FrozenBase(felt=felt)
-    pipeline = pipeline_on(base)
-    steps = [pipeline.tick(Task.EXPLORE)]
-    while steps[-1].ended is None:
-        steps.append(pipeline.tick(Task.EXPLORE))
-    outcome, reason = steps[-1].ended
+    base, pipeline = frozen(pipeline_on, felt=felt)
+    last = until_it_ends(pipeline, Task.EXPLORE)[-1]
+    outcome, reason = last.ended
     assert outcome is Outcome.GAVE_UP and "\n" not in reason
     assert "has not helped: 0.3 m in" in reason and "put it where its way ahead is free" in reason
-    assert steps[-1].command == base.driven[-1] == STOP
+    assert last.command == base.driven[-1] == STOP
     assert -base.T_odom_base[0, 3] == pytest.approx(0.3, abs=0.01)
     explore(pipeline, 40)
     assert -base.T_odom_base[0, 3] <= 0.3
@@ -152,8 +162,7 @@ def test_a_contact_that_lasts_ends_the_task_at_rest_and_every_later_one_at_once(
 
 @pytest.mark.slow
 def test_wheels_that_do_not_count_are_given_five_seconds(pipeline_on):
-    base = FrozenBase(felt=BUMPED, turns=False)
-    pipeline = pipeline_on(base)
+    base, pipeline = frozen(pipeline_on, felt=BUMPED, turns=False)
     explore(pipeline, 200)
     backwards = sum(twist.linear < 0.0 for twist in base.driven) * PERIOD
     assert 4.0 < backwards <= 5.0
@@ -162,36 +171,28 @@ def test_wheels_that_do_not_count_are_given_five_seconds(pipeline_on):
 @pytest.mark.slow
 def test_way_ahead_without_a_contact_gives_the_budget_back_and_less_does_not(pipeline_on):
     for ahead, again in ((0.14, False), (0.16, True)):
-        base = FrozenBase(felt=WALL)
-        pipeline = pipeline_on(base)
+        base, pipeline = frozen(pipeline_on, felt=WALL)
         explore(pipeline, 60)
         base.felt = {}
         base.T_odom_base = base.T_odom_base @ planar(ahead, 0.0, 0.0)
         pipeline.tick(Task.MAP)  # somebody drives it by hand
-        base.felt, there = WALL, base.T_odom_base
-        explore(pipeline, 60)
-        more = -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3])
+        more = backed_off(pipeline, base, WALL)
         assert more == pytest.approx(0.3 if again else 0.0, abs=0.01)
 
 
 @pytest.mark.slow
 def test_much_way_ahead_is_not_saved_up(pipeline_on):
-    base = FrozenBase()
-    pipeline = pipeline_on(base)
+    base, pipeline = frozen(pipeline_on)
     pipeline.tick(Task.EXPLORE)
     for _ in range(10):
         base.T_odom_base = base.T_odom_base @ planar(0.5, 0.0, 0.0)
         pipeline.tick(Task.MAP)
-    base.felt, there = {"docked": True}, base.T_odom_base
-    explore(pipeline, 80)
-    more = -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3])
-    assert more == pytest.approx(0.6, abs=0.01)
+    assert backed_off(pipeline, base, {"docked": True}, 80) == pytest.approx(0.6, abs=0.01)
 
 
 @pytest.mark.slow
 def test_way_ahead_along_a_contact_gives_nothing_back(pipeline_on):
-    base = FrozenBase(felt=WALL)
-    pipeline = pipeline_on(base)
+    base, pipeline = frozen(pipeline_on, felt=WALL)
     explore(pipeline, 60)
     base.T_odom_base = base.T_odom_base @ planar(0.5, 0.0, 0.0)
     there = base.T_odom_base
@@ -201,20 +202,16 @@ def test_way_ahead_along_a_contact_gives_nothing_back(pipeline_on):
 
 @pytest.mark.slow
 def test_driving_backwards_by_hand_costs_nothing(pipeline_on):
-    base = FrozenBase()
-    pipeline = pipeline_on(base)
+    base, pipeline = frozen(pipeline_on)
     for _ in range(20):
         base.drive(Twist(-0.4, 0.0))
         pipeline.tick(Task.MAP)
-    base.felt, there = BUMPED, base.T_odom_base
-    explore(pipeline, 60)
-    assert -float((np.linalg.inv(there) @ base.T_odom_base)[0, 3]) == pytest.approx(0.3, abs=0.01)
+    assert backed_off(pipeline, base, BUMPED) == pytest.approx(0.3, abs=0.01)
 
 
 @pytest.mark.slow
 def test_another_map_gives_nothing_back(pipeline_on):
-    base = FrozenBase(felt=BUMPED)
-    pipeline = pipeline_on(base)
+    base, pipeline = frozen(pipeline_on, felt=BUMPED)
     explore(pipeline, 60)
     pipeline.begin_map(None)
     explore(pipeline, 60)
@@ -229,8 +226,7 @@ class StandingPose(WheelPoses):
 
 
 def test_a_pose_that_stands_still_does_not_keep_the_robot_leaving_its_dock(pipeline_on):
-    base = FrozenBase(felt={"docked": True})
-    pipeline = pipeline_on(base)
+    base, pipeline = frozen(pipeline_on, felt={"docked": True})
     pipeline._parts = PerceptionParts(slam=StandingPose(camera_mount(0.6, 0.05, 0.15)))
     steps = []
     for _ in range(60):
@@ -246,8 +242,7 @@ def test_a_pose_that_stands_still_does_not_keep_the_robot_leaving_its_dock(pipel
 def test_a_dock_that_does_not_let_go_ends_the_task_after_little_more_than_the_usual_way(
     pipeline_on,
 ):
-    base = FrozenBase(felt={"docked": True})
-    pipeline = pipeline_on(base)
+    base, pipeline = frozen(pipeline_on, felt={"docked": True})
     steps = explore(pipeline, 80)
     ended = [step.ended for step in steps if step.ended is not None]
     assert "leaving the dock has not helped: 0.6 m" in ended[0][1]
@@ -257,8 +252,7 @@ def test_a_dock_that_does_not_let_go_ends_the_task_after_little_more_than_the_us
 
 @pytest.mark.parametrize("frames", [1, 4])
 def test_few_frames_with_the_bit_of_the_dock_do_not_move_it_backwards(pipeline_on, frames):
-    base = FrozenBase(felt={"docked": True})
-    pipeline = pipeline_on(base)
+    base, pipeline = frozen(pipeline_on, felt={"docked": True})
     explore(pipeline, frames)
     assert base.driven == [STOP] * frames
     base.felt = {}
@@ -267,8 +261,7 @@ def test_few_frames_with_the_bit_of_the_dock_do_not_move_it_backwards(pipeline_o
 
 
 def test_the_fifth_frame_in_a_row_with_the_bit_of_the_dock_moves_it(pipeline_on):
-    base = FrozenBase(felt={"docked": True})
-    pipeline = pipeline_on(base)
+    base, pipeline = frozen(pipeline_on, felt={"docked": True})
     explore(pipeline, 5)
     assert base.driven[:4] == [STOP] * 4 and base.driven[4].linear < 0.0
 

@@ -9,6 +9,7 @@ import pytest
 
 from mapping.calibration.config import CalibrationConfig, ResidualsConfig
 from sim_stubs.world.world import World
+from tests.helpers.failing import raising
 from vizbot.calibration.drive import Leg, Sample, record
 from vizbot.calibration.solve import Calibration, solve
 from vizbot.commands.calibrate import run, updated
@@ -188,10 +189,9 @@ def test_settings_are_made_where_there_are_none():
 def test_a_real_base_is_driven_only_once_somebody_has_confirmed_it(
     monkeypatch, capsys, typed, becomes
 ):
-    def open_devices(*_):
-        raise ConfigError("the devices are opened")
-
-    monkeypatch.setattr("vizbot.commands.calibrate.opened_devices", open_devices)
+    monkeypatch.setattr(
+        "vizbot.commands.calibrate.opened_devices", raising(ConfigError("the devices are opened"))
+    )
     monkeypatch.setattr("vizbot.commands.calibrate.require_devices", lambda *plugged_in: None)
     monkeypatch.setattr("sys.stdin", io.StringIO(typed))
     with pytest.raises(ConfigError, match=becomes):

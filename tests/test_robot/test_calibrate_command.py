@@ -3,10 +3,13 @@
 import errno
 import os
 import tomllib
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import pytest
 
 from mapping.calibration.config import CalibrationConfig
+from tests.helpers.failing import raising
 from vizbot.calibration.solve import Calibration
 from vizbot.commands.calibrate import run, updated
 from vizbot.commands.options import CalibrateOptions
@@ -27,31 +30,18 @@ def calibrate(monkeypatch, tmp_path):
     def command(config_path=None, out=None, meanwhile=lambda: None):
         monkeypatch.setattr("vizbot.commands.calibrate.record", lambda *_: meanwhile())
         monkeypatch.setattr("vizbot.commands.calibrate.solve", lambda *_: FOUND)
-        monkeypatch.setattr("vizbot.rehearsal.rig.Rig", _NoRig)
+        no_rig = nullcontext(SimpleNamespace(devices=None))
+        monkeypatch.setattr("vizbot.rehearsal.rig.Rig", lambda *_: no_rig)
         run(CalibrateOptions(config_path, out, "sim", "sim", "0", yes=True))
 
     return command
 
 
-class _NoRig:
-    devices = None
-
-    def __init__(self, *_):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        pass
-
-
-def full(*_):
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-
 def test_figures_that_cannot_be_printed_are_written(calibrate, tmp_path, monkeypatch):
-    monkeypatch.setattr("vizbot.commands.calibrate.Console", full)
+    monkeypatch.setattr(
+        "vizbot.commands.calibrate.Console",
+        raising(OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))),
+    )
     with pytest.raises(OSError, match="No space left"):
         calibrate(None, tmp_path / "robot.toml")
     assert load_config(tmp_path / "robot.toml").mount == FOUND.mount

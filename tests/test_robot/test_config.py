@@ -44,12 +44,39 @@ def test_a_rehearsal_writes_every_setting_of_its_own_beside_the_robots(tmp_path)
         ("[[objectnav.waypoint_reaches]]\nmost = 1\ndistance = 1\nextent = 1", "reaches.0.most"),
         ("[roomba.wheels]\nx = 1", "no setting roomba.wheels; use wheel_base"),
         ("device = 'tpu'", "device = 'tpu': it must be cpu, cuda, cuda:1 or auto"),
+        ("clip = " + 900 * "[" + 900 * "]", "nested too deep"),
+        ("clip = 1" + 5000 * "0", "is not TOML: .*digits"),
+        ("height: 0.7", "is not TOML"),
+        (
+            "[objectnav]\nmax_steps = 1" + 400 * "0" + "\nanswer_probability = 0",
+            "answer_probability = 0",
+        ),
+        ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: it must be at most"),
+        ('"a\\nb" = 1', "there is no setting"),
+        # What keeps people safe.
+        (
+            "[roomba]\ncommand_timeout = 30",
+            "roomba.command_timeout = .*0.5 at most, because a robot whose program hangs",
+        ),
+        ("[roomba]\ncommand_timeout = 1e308", "roomba.command_timeout = .*0.5 at most"),
+        ("[roomba]\nsilence_timeout = 0.6", "roomba.silence_timeout = .*0.5 at most, because"),
+        ("[roomba]\necho_delay = 1.0", "roomba.echo_delay = .*0.5 at most, because"),
+        (
+            "[roomba]\necho_tolerance = 0.06",
+            "roomba.echo_tolerance = .*beyond 0.05 corrupt commands pass",
+        ),
+        (
+            "[roomba]\nmax_wheel_speed = 0.6",
+            "roomba.max_wheel_speed = .*the base accepts 0.5 at most",
+        ),
+        ("[roomba]\nmax_turn_rate = 5.0", "roomba.max_turn_rate = .*cannot turn faster than 4.3"),
     ],
 )
 def test_every_wrong_setting_is_told_with_its_value_and_a_remedy(tmp_path, settings, line):
     (tmp_path / "robot.toml").write_text(settings)
-    with pytest.raises(ConfigError, match=line):
+    with pytest.raises(ConfigError, match=line) as refusal:
         load_config(tmp_path / "robot.toml")
+    assert len(str(refusal.value)) < 500
 
 
 @pytest.mark.parametrize(
@@ -76,45 +103,6 @@ def test_a_wrong_setting_has_its_true_reason_alone(tmp_path, settings, reason):
 
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(ConfigError, match=r"robot\.toml: No such file"):
-        load_config(tmp_path / "robot.toml")
-
-
-@pytest.mark.parametrize(
-    ("text", "line"),
-    [
-        ("clip = " + 900 * "[" + 900 * "]", "nested too deep"),
-        ("clip = 1" + 5000 * "0", "is not TOML: .*digits"),
-        ("height: 0.7", "is not TOML"),
-        (
-            "[objectnav]\nmax_steps = 1" + 400 * "0" + "\nanswer_probability = 0",
-            "answer_probability = 0",
-        ),
-        ("[perception.clip_mapper]\nscales = [1100]", "scales.0 = 1100: it must be at most"),
-        ('"a\\nb" = 1', "there is no setting"),
-    ],
-)
-def test_odd_toml_is_refused_in_one_line(tmp_path, text, line):
-    (tmp_path / "robot.toml").write_text(text)
-    with pytest.raises(ConfigError, match=line) as refusal:
-        load_config(tmp_path / "robot.toml")
-    assert len(str(refusal.value)) < 500
-
-
-@pytest.mark.parametrize(
-    ("setting", "bound"),
-    [
-        ("command_timeout = 30", "0.5 at most, because a robot whose program hangs"),
-        ("command_timeout = 1e308", "0.5 at most"),
-        ("silence_timeout = 0.6", "0.5 at most, because"),
-        ("echo_delay = 1.0", "0.5 at most, because"),
-        ("echo_tolerance = 0.06", "beyond 0.05 corrupt commands pass"),
-        ("max_wheel_speed = 0.6", "the base accepts 0.5 at most"),
-        ("max_turn_rate = 5.0", "cannot turn faster than 4.3"),
-    ],
-)
-def test_limits_that_keep_people_safe_are_bounded_and_the_error_says_why(tmp_path, setting, bound):
-    (tmp_path / "robot.toml").write_text(f"[roomba]\n{setting}\n")
-    with pytest.raises(ConfigError, match=f"roomba.{setting.split()[0]} = .*{bound}"):
         load_config(tmp_path / "robot.toml")
 
 

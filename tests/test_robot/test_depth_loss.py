@@ -31,22 +31,20 @@ def looked(seconds, *obstacles, yaw=0.0):
 
 
 def test_without_depth_the_robot_knows_for_how_long(caplog):
-    monitor = looked(1.0)
-    assert monitor.seconds == pytest.approx(1.0)
+    assert looked(1.0).seconds == pytest.approx(1.0)
     assert caplog.text.count("depth shows nothing") == 1
 
 
-def test_with_depth_it_sees_again(caplog):
+@pytest.mark.parametrize(
+    ("depth", "obstacles", "lost_for"), [(2.0, [], None), (0.0, [(0.4, 0.0)], 1.25)]
+)
+def test_with_depth_it_sees_again_and_not_by_a_wall_that_it_turns_to(
+    caplog, depth, obstacles, lost_for
+):
     monitor = looked(1.0)
-    monitor.observe(frame(2.0), planar(0.0, 0.0, 0.0), grid(), 1.25)
-    assert monitor.seconds is None
-    assert caplog.text.count("shows something again") == 1
-
-
-def test_only_depth_itself_cures_and_not_a_wall_that_it_turns_to():
-    monitor = looked(1.0)
-    monitor.observe(frame(0.0), planar(0.0, 0.0, 0.0), grid((0.4, 0.0)), 1.25)
-    assert monitor.seconds == pytest.approx(1.25)
+    monitor.observe(frame(depth), planar(0.0, 0.0, 0.0), grid(*obstacles), 1.25)
+    assert monitor.seconds == (lost_for and pytest.approx(lost_for))
+    assert caplog.text.count("shows something again") == (lost_for is None)
 
 
 def test_right_before_what_the_map_knows_of_black_is_no_wonder():

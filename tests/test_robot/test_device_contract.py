@@ -5,7 +5,6 @@
 """
 
 import os
-from contextlib import ExitStack
 
 import cv2
 import numpy as np
@@ -34,12 +33,6 @@ from vizbot.core.errors import DeviceError
 from vizbot.core.geometry import yaw_of
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import STOP, BaseMode, Intrinsics, Twist
-
-
-@pytest.fixture
-def opened():
-    with ExitStack() as stack:
-        yield stack
 
 
 def simulated_camera(opened, tmp_path):
@@ -104,7 +97,7 @@ def test_a_camera_keeps_its_promises(open_camera, opened, tmp_path):
     assert stamps == sorted(set(stamps))
     camera.close()
     camera.close()
-    with pytest.raises(DeviceError):
+    with pytest.raises(DeviceError, match="closed"):
         camera.read()
 
 

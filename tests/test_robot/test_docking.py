@@ -2,6 +2,7 @@
 
 import math
 import threading
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -38,7 +39,7 @@ CONFIG = Config.model_validate(
 class Robot:
     """A pipeline on devices of which the test knows where they are."""
 
-    def __init__(self, T_world_base, dock, charge=1.0):
+    def __init__(self, T_world_base=ON_DOCK, dock=DOCK, charge=1.0):
         self.clock, self.floor = SimulatedClock(), FreeFloor(T_world_base=T_world_base)
         self.stub = SimulatedRoomba(self.floor, dock=dock, charge=charge)
         self.clock.attach(self.stub)
@@ -53,6 +54,10 @@ class Robot:
         devices = Devices(self.clock, camera, self.shared, mount, False)
         parts = PerceptionParts(slam=WheelPoses(mount))
         self.pipeline = Pipeline(devices, GreyEncoder(), CONFIG, [], parts)
+
+    def close(self):
+        self.base.close()
+        self.stub.close()
 
     def do(self, task, seconds=120.0):
         """Until it has ended: how, and why."""
@@ -69,17 +74,8 @@ class Robot:
 
 
 @pytest.fixture
-def robot():
-    robots = []
-
-    def build(T_world_base=ON_DOCK, dock=DOCK, charge=1.0):
-        robots.append(Robot(T_world_base, dock, charge))
-        return robots[-1]
-
-    yield build
-    for each in robots:
-        each.base.close()
-        each.stub.close()
+def robot(opened):
+    return lambda *place, **settings: opened.enter_context(closing(Robot(*place, **settings)))
 
 
 def test_it_goes_to_a_place_and_comes_back_to_where_it_began(robot):
@@ -148,6 +144,14 @@ def test_who_drives_by_hand_is_obeyed_on_the_dock(robot):
     assert there.base.read().mode is BaseMode.SAFE
 
 
+def looking_for_its_dock(robot):
+    """A robot whose base looks for a dock that is not there."""
+    lonely = robot(planar(0.0, 0.0, 0.0), dock=None)
+    while lonely.pipeline.tick(Task.DOCK).activity != "docking":
+        pass
+    return lonely
+
+
 @pytest.mark.slow
 def test_another_map_changes_nothing_of_what_the_base_does(robot):
     there = robot(charge=0.5)
@@ -156,9 +160,7 @@ def test_another_map_changes_nothing_of_what_the_base_does(robot):
     there.pipeline.tick(Task.MAP)
     assert there.base.read().mode is BaseMode.PASSIVE
     assert there.do(Waypoint(-1.5, 0.0))[0] is Outcome.ARRIVED
-    lonely = robot(planar(0.0, 0.0, 0.0), dock=None)
-    while lonely.pipeline.tick(Task.DOCK).activity != "docking":
-        pass
+    lonely = looking_for_its_dock(robot)
     lonely.pipeline.begin_map(None)
     lonely.pipeline.tick(Task.MAP)
     lonely.clock.sleep(1.0)
@@ -175,9 +177,7 @@ def test_a_robot_that_was_pushed_off_its_dock_goes_back(robot):
 
 
 def test_who_presses_clean_ends_the_docking(robot):
-    there = robot(planar(0.0, 0.0, 0.0), dock=None)
-    while there.pipeline.tick(Task.DOCK).activity != "docking":
-        pass
+    there = looking_for_its_dock(robot)
     there.clock.sleep(0.5)
     there.stub.press(Buttons.CLEAN)
     assert there.do(Task.DOCK, 2.0) == (Outcome.GAVE_UP, "somebody pressed Clean on the base")
@@ -209,9 +209,7 @@ def test_a_dock_that_is_gone_is_given_up_and_the_base_obeys_again(robot):
 
 
 def test_another_task_takes_a_base_that_looks_for_its_dock_back(robot):
-    there = robot(planar(0.0, 0.0, 0.0), dock=None)
-    while there.pipeline.tick(Task.DOCK).activity != "docking":
-        pass
+    there = looking_for_its_dock(robot)
     there.clock.sleep(0.2)
     assert there.base.read().mode is BaseMode.PASSIVE
     there.pipeline.tick(Task.MAP)

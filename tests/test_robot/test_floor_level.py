@@ -1,14 +1,12 @@
 """The floor below a camera without a base."""
 
-import json
-
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from drivers.tum_sequence import RecordedSequence
 from mapping.calibration.floor_level import GRAVITY, estimate_mount
 from tests.helpers.checkout import OFFICE_WALK
 from vizbot.core.geometry import R_BASE_CAM, camera_mount
@@ -65,21 +63,29 @@ def test_the_floor_gives_height_roll_and_pitch(height, pitch, roll):
     assert (found[:2, 3] == 0).all()
 
 
-def test_the_floor_wins_over_a_larger_desk():
-    truth = camera_mount(1.5, 0.0, 0.6)
-    found = estimate_mount(frame_of(truth, [0.0, 0.75], noise=0.002))
+@pytest.mark.parametrize(
+    ("height", "tilt", "heights", "noise", "accel"),
+    [
+        (1.5, 0.6, [0.0, 0.75], 0.002, None),
+        (0.6, 0.5, [0.0], 0.0, np.tile([14.0, 0.0, 0.0], (10, 1))),
+    ],
+    ids=["a larger desk", "a shaken accelerometer"],
+)
+def test_the_floor_wins_over_a_larger_desk_and_a_shaken_accelerometer(
+    height, tilt, heights, noise, accel
+):
+    found = estimate_mount(frame_of(camera_mount(height, 0.0, tilt), heights, noise, accel))
     assert found is not None
-    assert found[2, 3] == pytest.approx(1.5, abs=0.03)
+    assert found[2, 3] == pytest.approx(height, abs=0.03)
 
 
-def test_a_wall_is_no_floor():
-    truth = camera_mount(1.5, 0.0, 0.0)
-    assert estimate_mount(frame_of(truth, [-50.0])) is None
-
-
-def test_a_frame_without_depth_has_no_floor():
-    frame = frame_of(camera_mount(1.5, 0.0, 0.5), [0.0])
-    frame.depth[:] = 0.0
+@pytest.mark.parametrize("why", ["a wall", "no depth", "an accelerometer across the only plane"])
+def test_where_no_level_plane_is_seen_there_is_no_floor(why):
+    truth = camera_mount(1.5, 0.0, 0.0 if why == "a wall" else 0.5)
+    across = np.tile(GRAVITY * truth[1, :3], (10, 1)) if "accelerometer" in why else None
+    frame = frame_of(truth, [-50.0 if why == "a wall" else 0.0], accel=across)
+    if why == "no depth":
+        frame.depth[:] = 0.0
     assert estimate_mount(frame) is None
 
 
@@ -94,31 +100,11 @@ def test_at_rest_the_accelerometer_says_which_way_is_up():
     assert found[2, 3] == pytest.approx(0.6, abs=0.03)
 
 
-def test_an_accelerometer_across_the_only_plane_means_no_floor():
-    truth = camera_mount(0.6, 0.0, 0.5)
-    accel = np.tile(GRAVITY * truth[1, :3], (10, 1))
-    assert estimate_mount(frame_of(truth, [0.0], accel=accel)) is None
-
-
-def test_a_shaken_accelerometer_is_not_believed():
-    truth = camera_mount(0.6, 0.0, 0.5)
-    accel = np.tile([14.0, 0.0, 0.0], (10, 1))
-    found = estimate_mount(frame_of(truth, [0.0], accel=accel))
-    assert found is not None
-    assert found[2, 3] == pytest.approx(0.6, abs=0.03)
-
-
 @pytest.mark.skipif(not OFFICE_WALK.is_dir(), reason="the office recording is not here")
 @pytest.mark.parametrize("index", [0, 9, 30, 45, 60])
 def test_a_recorded_walk_is_at_head_height_with_gravity_along_one_axis(index):
-    camera = json.loads((OFFICE_WALK / "camera.json").read_text())
-    lens = Intrinsics(*(camera[key] for key in ("width", "height", "fx", "fy", "cx", "cy")))
-    stamp, rgb, _, depth_name = (
-        (OFFICE_WALK / "associations.txt").read_text().splitlines()[index].split()
-    )
-    depth = cv2.imread(str(OFFICE_WALK / depth_name), cv2.IMREAD_UNCHANGED) / camera["depth_scale"]
-    image = cv2.imread(str(OFFICE_WALK / rgb))
-    frame = RGBDFrame(float(stamp), image, depth.astype(np.float32), lens, ImuSamples.none())
+    with RecordedSequence(OFFICE_WALK) as camera:
+        *_, frame = (camera.read() for _ in range(index + 1))
     found = estimate_mount(frame)
     assert found is not None
     assert 1.5 < found[2, 3] < 1.8

@@ -7,17 +7,16 @@ import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from mapping import map_bundle
 from mapping.tum import read_trajectory
 from tests.helpers.bundles import NO_MAP, a_full_disk, bundle_of
+from tests.test_robot.test_recorder import step
 from vizbot.commands import launch
 from vizbot.commands.open_run import OpenRun
 from vizbot.config import Config
 from vizbot.core.errors import DeviceError, MapError
-from vizbot.core.types import Twist
 from vizbot.operator.report.report import Report
 from vizbot.recorder import Recorder
 
@@ -28,14 +27,7 @@ def recorded_in(folder):
     """A recorder of two steps."""
     recorder = Recorder(folder, Config())
     for stamp in (0.25, 0.5):
-        recorder.on_step(
-            SimpleNamespace(
-                frame=SimpleNamespace(stamp=stamp),
-                estimate=SimpleNamespace(T_map_cam=np.eye(4)),
-                T_map_base=np.eye(4),
-                command=Twist(0.2, -0.5),
-            )
-        )
+        recorder.on_step(step(stamp))
     return recorder
 
 

@@ -95,8 +95,7 @@ def test_where_people_can_be_asked_the_task_is_held_for_as_long_as_it_takes(pipe
 
     pipeline = pipeline_on(base, observers=[session, Person()])
     session.ask(["yellow chair"])
-    clock = SimulatedClock()
-    run_tasks(pipeline, clock, mux, session, ObjectNavConfig(max_steps=10))
+    run_tasks(pipeline, SimulatedClock(), mux, session, ObjectNavConfig(max_steps=10))
     assert said.count(MAYBE_MOVED) == 12
     assert base.asked == ["resume"]
     assert session.question is None

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.helpers.failing import raising
 from vizbot.core.errors import DeviceTimeoutError
 from vizbot.core.observer import Effort, GoalReport, Observers, Outcome
 from vizbot.operator.report.video import Video
@@ -40,11 +41,9 @@ def test_one_that_cannot_write_is_told_no_more_and_the_others_are(caplog):
 
 
 def test_a_device_that_is_silent_is_no_full_disk():
-    def silent(step):
-        raise DeviceTimeoutError("the base is silent")
-
+    silent = SimpleNamespace(on_step=raising(DeviceTimeoutError("the base is silent")))
     with pytest.raises(DeviceTimeoutError):
-        Observers([SimpleNamespace(on_step=silent)]).on_step(None)
+        Observers([silent]).on_step(None)
 
 
 def test_other_errors_are_not_hidden():

@@ -94,8 +94,7 @@ def test_an_interrupted_map_can_be_saved(part, method, perceive, signals, monkey
     with pytest.raises(KeyboardInterrupt), ending_on_signals():
         perceive(lap(100)[:9:3], perceptions.append)
     perceptions[0].finish()
-    bundle = perceptions[0].bundle()
-    map_bundle.save(bundle, tmp_path / "map")
+    map_bundle.save(perceptions[0].bundle(), tmp_path / "map")
     kept = map_bundle.load(tmp_path / "map")
     assert kept.statistics is not None
     assert len(kept.statistics) == len(kept.elements.keyframes) > 0

@@ -10,7 +10,7 @@ from drivers.roomba.config import RoombaConfig
 from mapping.clip.background.phrases import PHRASES
 from mapping.clip.reading import Reading
 from tests.helpers.bundles import bundle_of
-from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks
+from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks, until_it_ends
 from vizbot.config import GyroSettlingConfig
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError, MapError
 from vizbot.core.observer import Outcome
@@ -108,12 +108,17 @@ def failing_at_first(embed, times):
     return embed_images
 
 
-def test_a_picture_that_is_burnt_out_is_not_mapped(pipeline_on):
-    pipeline = pipeline_on(None, colour=(255, 254, 255))
-    for _ in range(3):
-        pipeline.tick(Task.MAP)
+def mapped(pipeline, frames):
+    """Map from where the robot stands, until all is embedded; the map."""
+    for _ in range(frames):
+        assert pipeline.tick(Task.MAP).activity == "mapping"
     pipeline.finish()
-    assert len(pipeline.bundle().elements.keyframes) == 0
+    return pipeline.bundle()
+
+
+def test_a_picture_that_is_burnt_out_is_not_mapped(pipeline_on):
+    bundle = mapped(pipeline_on(None, colour=(255, 254, 255)), 3)
+    assert len(bundle.elements.keyframes) == 0
 
 
 def test_without_a_base_commands_are_computed_all_the_same(pipeline_on):
@@ -137,15 +142,6 @@ def test_a_base_that_falls_silent_is_waited_for_and_not_for_ever(pipeline_on):
         ticks(pipeline, 1)
     waited = (10_000 - base.silent_reads) * PERIOD
     assert waited == pytest.approx(RoombaConfig().reconnect_timeout, abs=2 * PERIOD)
-
-
-def until_it_ends(pipeline, goal, most=120):
-    """The steps of a search, which must end by then."""
-    steps = [pipeline.tick(goal)]
-    while steps[-1].ended is None:
-        assert len(steps) < most
-        steps.append(pipeline.tick(goal))
-    return steps
 
 
 @pytest.mark.slow
@@ -262,9 +258,7 @@ def test_by_belief_the_robot_stops_before_the_place_that_it_believes(pipeline_on
 
 def test_without_a_base_nothing_is_driven_and_the_map_can_be_asked(pipeline_on):
     pipeline = pipeline_on(None, colour=(240, 220, 12))
-    for _ in range(3):
-        assert pipeline.tick(Task.MAP).activity == "mapping"
-    pipeline.finish()
+    mapped(pipeline, 3)
     assert pipeline.look_up(pipeline.goal("yellow chair")).outcome is Outcome.LOCATED
     assert pipeline.look_up(pipeline.goal("blue chair")).outcome is Outcome.NOT_FOUND
 
@@ -273,12 +267,9 @@ def test_by_belief_the_robot_and_its_saved_map_give_the_same_answer(pipeline_on)
     pipeline = pipeline_on(None, colour=(240, 220, 12))
     goal = pipeline.goal("yellow chair")
     assert pipeline.look_up(goal).candidates == ()
-    for _ in range(3):
-        pipeline.tick(Task.MAP)
-    pipeline.finish()
-    report = pipeline.look_up(goal)
+    bundle, report = mapped(pipeline, 3), pipeline.look_up(goal)
     log_odds, config = pipeline.question(goal).log_odds, pipeline.config.objectnav
-    kept = find_places(pipeline.bundle(), goal, log_odds, config)
+    kept = find_places(bundle, goal, log_odds, config)
     assert 0 < len(report.candidates) == len(kept.places)
     for candidate, place in zip(report.candidates, kept.places, strict=True):
         assert candidate.position == pytest.approx(place.position, abs=1e-3)
@@ -299,16 +290,9 @@ def test_a_report_says_how_the_encoder_reads_the_words(pipeline_on, monkeypatch)
 def test_a_robot_that_stands_still_with_nothing_to_do_does_not_add_to_its_map(pipeline_on):
     base = ScriptedBase()
     pipeline = pipeline_on(base, colour=(240, 220, 12))
-    for _ in range(30):
-        pipeline.tick(Task.MAP)
-    pipeline.finish()
-    first = pipeline.bundle().elements.frames
-    assert len(np.unique(first)) == 1
+    assert len(np.unique(mapped(pipeline, 30).elements.frames)) == 1
     base.drive(Twist(0.5, 0.0))  # by hand
-    for _ in range(5):
-        pipeline.tick(Task.MAP)
-    pipeline.finish()
-    assert len(np.unique(pipeline.bundle().elements.frames)) == 2
+    assert len(np.unique(mapped(pipeline, 5).elements.frames)) == 2
 
 
 def test_a_new_map_begins_where_the_robot_stands_and_an_old_one_is_gone_on_with(pipeline_on):

@@ -149,8 +149,7 @@ def test_looking_around_on_the_spot_is_progress_once():
 
 def test_a_behaviour_that_demands_something_goes_on_while_its_aim_is_dropped(search):
     search.go(1.0)
-    blind = Decision(STOP, "blind, standing still")
-    search.wait(PATIENCE, blind)
+    search.wait(PATIENCE, Decision(STOP, "blind, standing still"))
     assert search.said == [] and search.left_alone == [[3.0, 0.0]]
 
 

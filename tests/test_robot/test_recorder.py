@@ -13,6 +13,7 @@ import pytest
 import vizbot.recorder
 from mapping import map_bundle
 from tests.helpers.bundles import Snapshot, assert_same, bundle_of
+from tests.helpers.failing import raising
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.observer import Effort, GoalReport, Outcome
@@ -75,11 +76,8 @@ def test_the_map_of_a_minute_is_joined_beside_the_run(recorder):
 def test_a_map_that_cannot_be_saved_costs_a_line_and_not_the_run(
     recorder, monkeypatch, caplog, error
 ):
-    def full(*_):
-        raise error
-
     recorder.keep_map(lambda: Snapshot(bundle_of()), SimulatedClock())
-    monkeypatch.setattr(vizbot.recorder.map_bundle, "save", full)
+    monkeypatch.setattr(vizbot.recorder.map_bundle, "save", raising(error))
     for stamp in (0.0, 61.0, 62.0):
         recorder.on_step(step(stamp))
     assert caplog.text.count("No space left on device; the run goes on") == 1
@@ -126,10 +124,7 @@ def test_space_for_the_map_is_held_until_the_end(recorder, tmp_path):
 
 
 def test_a_disk_without_space_is_refused_at_the_start(tmp_path, monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "posix_fallocate", full)
+    monkeypatch.setattr(os, "posix_fallocate", raising(OSError(28, "No space left on device")))
     with pytest.raises(ConfigError, match=r"No space left on device \(a run needs 200 MB\)"):
         Recorder(tmp_path / "run", Config())
     monkeypatch.undo()

@@ -29,8 +29,7 @@ def test_each_former_name_gives_the_value_and_one_line_with_the_new_one(
     other = UNUSUAL[type(value)](value)
     table, _, name = path.replace(today, former, 1).rpartition(".")
     (tmp_path / "robot.toml").write_text(f"[{table}]\n{name} = {other}\n")
-    config = load_config(tmp_path / "robot.toml")
-    assert setting(config, path)[1] == other
+    assert setting(load_config(tmp_path / "robot.toml"), path)[1] == other
     [line] = [record.getMessage() for record in caplog.records]
     assert f"{former} is {today}" in line and "\n" not in line
 

@@ -1,9 +1,11 @@
 """What the base feels comes before the search: what the robot does then."""
 
+import re
+
 import numpy as np
 import pytest
 
-from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks
+from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks, until_it_ends
 from vizbot.core.observer import Outcome
 from vizbot.core.types import STOP, BaseMode, Button, Tracking
 from vizbot.objectnav.tasks import Task
@@ -65,56 +67,66 @@ def test_only_what_was_bumped_into_can_be_forgotten(pipeline_on, felt):
     assert pipeline.map.perception.depth_mapper.forget_touched() == ("bump_right" in felt)
 
 
+def shut_in(pipeline, task, at, touched):
+    """Mark a ring of obstacles around the robot, and go on until it ends or tries again."""
+    angles = np.arange(0.0, 2 * np.pi, 0.1)
+    ring = 0.35 * np.column_stack([np.cos(angles), np.sin(angles)])
+    pipeline.map.perception.depth_mapper.mark_obstacle(at, ring, touched=touched)
+    step = pipeline.tick(task)
+    while step.ended is None and step.activity != "trying again":
+        step = pipeline.tick(task)
+    return step
+
+
 @pytest.mark.parametrize("touched", [True, False])
 def test_what_is_shut_in_by_bumps_alone_tries_once_more_before_it_ends(pipeline_on, touched):
     pipeline = pipeline_on(ScriptedBase())
     at = pipeline.tick(Task.EXPLORE).T_map_base
-    angles = np.arange(0.0, 2 * np.pi, 0.1)
-    ring = 0.35 * np.column_stack([np.cos(angles), np.sin(angles)])
-
-    def shut_in_until_it_ends():
-        pipeline.map.perception.depth_mapper.mark_obstacle(at, ring, touched=touched)
-        steps = [pipeline.tick(Task.EXPLORE)]
-        while steps[-1].ended is None and steps[-1].activity != "trying again":
-            steps.append(pipeline.tick(Task.EXPLORE))
-        return steps[-1]
-
     if touched:
-        again = shut_in_until_it_ends()
+        again = shut_in(pipeline, Task.EXPLORE, at, touched)
         assert again.activity == "trying again" and again.why
         assert pipeline.tick(Task.EXPLORE).ended is None
-    last = shut_in_until_it_ends()
+    last = shut_in(pipeline, Task.EXPLORE, at, touched)
     assert last.ended is not None and last.ended[0] is Outcome.EXPLORED
-    assert shut_in_until_it_ends().activity == ("trying again" if touched else last.activity)
+    next_one = shut_in(pipeline, Task.EXPLORE, at, touched)
+    assert next_one.activity == ("trying again" if touched else last.activity)
 
 
 @pytest.mark.parametrize(("method", "tries"), [("belief", True), ("paper", False)])
 def test_a_search_in_vain_tries_once_more_but_for_that_of_the_paper(pipeline_on, method, tries):
     pipeline = pipeline_on(ScriptedBase(), method=method)
     goal = pipeline.goal("yellow chair")
-    at = pipeline.tick(goal).T_map_base
-    angles = np.arange(0.0, 2 * np.pi, 0.1)
-    ring = 0.35 * np.column_stack([np.cos(angles), np.sin(angles)])
-    pipeline.map.perception.depth_mapper.mark_obstacle(at, ring, touched=True)
-    steps = [pipeline.tick(goal)]
-    while steps[-1].ended is None and len(steps) < 60:
-        steps.append(pipeline.tick(goal))
-    assert steps[-1].ended is not None
-    assert ("trying again" in {step.activity for step in steps}) == tries
+    step = shut_in(pipeline, goal, pipeline.tick(goal).T_map_base, touched=True)
+    assert (step.activity == "trying again") == tries
+    assert step.ended is not None or until_it_ends(pipeline, goal, 60)
 
 
-def test_a_wheel_drop_ends_the_search_with_the_wheels_stopped(pipeline_on):
-    base = ScriptedBase(feels={3: {"wheel_drops": (False, True)}})
-    last = ticks(pipeline_on(base), 4)[-1]
-    assert last.ended is not None and last.ended[0] is Outcome.GAVE_UP
+AT_EDGE = {"cliffs": (True, True, False, False), "mode": BaseMode.PASSIVE}
+
+
+@pytest.mark.parametrize(
+    ("feels", "said"),
+    [
+        ({3: {"wheel_drops": (False, True)}}, ""),
+        ({3: {"battery": 0.08}}, "^the battery is at 8 %; put the robot on its dock$"),
+        ({3: {"buttons": frozenset({Button.CLEAN})}}, "Clean"),
+        (dict.fromkeys(range(3, 60), AT_EDGE), "resume_safe"),
+    ],
+    ids=["wheel drop", "battery", "Clean", "an edge where nobody allows it to go on"],
+)
+def test_what_it_feels_may_end_the_search_at_once_with_the_wheels_stopped(pipeline_on, feels, said):
+    base = ScriptedBase(feels=feels)
+    *steps, last = ticks(pipeline_on(base), 4)
+    assert [step.ended for step in steps] == [None] * 3
+    outcome, reason = last.ended
+    assert outcome is Outcome.GAVE_UP and re.search(said, reason)
     assert base.driven[-1] == STOP
 
 
 def test_where_a_person_allows_it_a_robot_that_was_lifted_goes_on_once_it_is_put_down(pipeline_on):
     hangs = {"wheel_drops": (True, True), "mode": BaseMode.PASSIVE}
     base = ScriptedBase(feels={2: hangs, 3: hangs, 4: {"mode": BaseMode.PASSIVE}})
-    pipeline = pipeline_on(base, resume_safe=True)
-    steps = ticks(pipeline, 7)
+    steps = ticks(pipeline_on(base, resume_safe=True), 7)
     assert [step.activity for step in steps[2:5]] == ["waiting to be put down"] * 3
     assert all(step.ended is None for step in steps)
     assert base.driven[2:5] == [STOP] * 3
@@ -127,19 +139,23 @@ def test_who_presses_clean_on_a_lifted_robot_ends_the_search(pipeline_on):
     assert "Clean" in ticks(pipeline, 3)[-1].ended[1]
 
 
+def end_of_exploring(pipeline_on, feels):
+    """The last step of a robot that may go on by itself."""
+    pipeline = pipeline_on(ScriptedBase(feels=feels), resume_safe=True)
+    return next(step for step in (pipeline.tick(Task.EXPLORE) for _ in range(400)) if step.ended)
+
+
 @pytest.mark.slow
 def test_a_robot_that_does_not_obey_since_it_was_lifted_says_so(pipeline_on):
     passive = {"mode": BaseMode.PASSIVE}
     feels = dict.fromkeys(range(1000), passive) | {0: passive | {"wheel_drops": (True, True)}}
-    pipeline = pipeline_on(ScriptedBase(feels=feels), resume_safe=True)
-    last = next(step for step in (pipeline.tick(Task.EXPLORE) for _ in range(400)) if step.ended)
+    last = end_of_exploring(pipeline_on, feels)
     assert "does not obey since it was lifted" in last.ended[1]
 
 
 def test_a_robot_that_nobody_puts_down_gives_up(pipeline_on):
     hangs = {"wheel_drops": (True, True), "mode": BaseMode.PASSIVE}
-    pipeline = pipeline_on(ScriptedBase(feels=dict.fromkeys(range(1000), hangs)), resume_safe=True)
-    last = next(step for step in (pipeline.tick(Task.EXPLORE) for _ in range(400)) if step.ended)
+    last = end_of_exploring(pipeline_on, dict.fromkeys(range(1000), hangs))
     assert last.ended[0] is Outcome.GAVE_UP
     assert last.frame.stamp == pytest.approx(60.0, abs=2.0)
 
@@ -151,22 +167,6 @@ def test_in_full_mode_the_cable_of_a_charger_is_waited_for_and_said(pipeline_on)
     waiting = [step for step in steps if step.activity.startswith("waiting for the charger")]
     assert waiting and all(step.command == STOP for step in waiting)
     assert steps[-1].ended is None and not steps[-1].activity.startswith("waiting")
-
-
-def test_a_battery_that_is_nearly_empty_ends_the_search(pipeline_on):
-    base = ScriptedBase(feels={3: {"battery": 0.08}})
-    step = ticks(pipeline_on(base), 4)[-1]
-    assert step.ended == (Outcome.GAVE_UP, "the battery is at 8 %; put the robot on its dock")
-    assert base.driven[-1] == STOP
-
-
-def test_who_presses_clean_on_the_base_ends_the_search(pipeline_on):
-    base = ScriptedBase(feels={2: {"buttons": frozenset({Button.CLEAN})}})
-    steps = ticks(pipeline_on(base), 3)
-    assert [step.ended is None for step in steps] == [True, True, False]
-    outcome, reason = steps[2].ended
-    assert outcome is Outcome.GAVE_UP and "Clean" in reason
-    assert base.driven[-1] == STOP
 
 
 def test_it_backs_away_from_its_dock_before_it_does_anything_else(pipeline_on):
@@ -241,14 +241,12 @@ def test_a_robot_that_sees_no_depth_anywhere_turns_around_once_and_gives_up(pipe
     base = ScriptedBase()
     pipeline = pipeline_on(base)
     pipeline._devices.camera.distance = 0.0
-    steps = [pipeline.tick(Task.EXPLORE)]
-    while steps[-1].ended is None:
-        steps.append(pipeline.tick(Task.EXPLORE))
-    assert steps[-1].ended[0] is Outcome.GAVE_UP and "clean the camera" in steps[-1].ended[1]
+    last = until_it_ends(pipeline, Task.EXPLORE)[-1]
+    assert last.ended[0] is Outcome.GAVE_UP and "clean the camera" in last.ended[1]
     assert all(twist.linear == 0.0 for twist in base.driven)
     turned = sum(twist.angular for twist in base.driven) * PERIOD
     assert 2 * np.pi - 0.1 < turned < 2 * np.pi + 0.6
-    assert steps[-1].frame.stamp < 25.0
+    assert last.frame.stamp < 25.0
 
 
 def test_who_is_lifted_at_an_edge_and_put_down_at_one_has_time_to_get_away_from_it(pipeline_on):
@@ -260,11 +258,3 @@ def test_who_is_lifted_at_an_edge_and_put_down_at_one_has_time_to_get_away_from_
     steps = ticks(pipeline, 45)
     assert "edge" in steps[2].activity
     assert [step.ended for step in steps] == [None] * 45
-
-
-def test_where_nobody_allows_it_an_edge_ends_the_search(pipeline_on):
-    at_edge = {"cliffs": (True, True, False, False), "mode": BaseMode.PASSIVE}
-    base = ScriptedBase(feels=dict.fromkeys(range(3, 60), at_edge))
-    steps = ticks(pipeline_on(base), 4)
-    assert steps[-1].ended[0] is Outcome.GAVE_UP and "resume_safe" in steps[-1].ended[1]
-    assert base.driven[-1] == STOP

@@ -88,15 +88,20 @@ def test_a_recording_that_is_silent_is_an_error_at_once():
         reader.next()
 
 
-def test_who_presses_clean_to_wake_the_base_does_not_end_the_search(parts):
+@pytest.mark.parametrize(
+    "wheel_drops", [(False, False), (True, True)], ids=["on the floor", "lifted"]
+)
+def test_who_presses_clean_to_wake_the_base_does_not_end_the_search(parts, wheel_drops):
     reader, _, base = parts
-    pressed = frozenset({Button.CLEAN})
-    asleep = {"mode": BaseMode.PASSIVE, "buttons": pressed}
-    base.states = [{}, None, None, asleep, {"buttons": pressed}, {}]
+    pressed = {"buttons": frozenset({Button.CLEAN})}
+    asleep = {"mode": BaseMode.PASSIVE, "wheel_drops": wheel_drops, **pressed}
+    base.states = [{}, None, None, asleep, pressed, {}]
     assert reader.next().state.buttons == frozenset()
+    woken = reader.next().state
+    assert (woken.buttons, woken.wheel_drops) == (frozenset(), wheel_drops)
     assert reader.next().state.buttons == frozenset()
-    base.states = [{"buttons": pressed}]
-    assert reader.next().state.buttons == pressed
+    base.states = [pressed]
+    assert reader.next().state.buttons == pressed["buttons"]
 
 
 @pytest.mark.parametrize(
@@ -114,17 +119,3 @@ def test_what_a_base_that_was_silent_feels_is_told_at_once(parts, contact):
     state = reader.next().state
     assert {name: getattr(state, name) for name in contact} == contact
     assert state.mode is BaseMode.PASSIVE
-
-
-def test_who_presses_clean_while_carrying_the_base_that_sleeps_does_not_end_the_search(parts):
-    reader, _, base = parts
-    pressed = frozenset({Button.CLEAN})
-    hanging = {"mode": BaseMode.PASSIVE, "wheel_drops": (True, True)}
-    base.states = [{}, None, {**hanging, "buttons": pressed}, {"buttons": pressed}, {}]
-    reader.next()
-    lifted = reader.next().state
-    assert lifted.wheel_drops == (True, True)
-    assert lifted.buttons == frozenset()
-    assert reader.next().state.buttons == frozenset()
-    base.states = [{"buttons": pressed}]
-    assert reader.next().state.buttons == pressed

@@ -7,6 +7,7 @@ poses from them, and an encoder. What is believed is said by the test.
 
 import zlib
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import numpy as np
 from numba import njit
@@ -208,35 +209,6 @@ class PlanWorld:
         return felt or 3
 
 
-class PlanBase:
-    """The base of a plan's robot."""
-
-    def __init__(self, world):
-        self._world = world
-        self.drive = world.drive
-        self.read = world.base_state
-
-    def dock(self):
-        pass
-
-    def resume(self):
-        pass
-
-    def show(self, feedback):
-        pass
-
-
-class PlanPoses:
-    """Poses of the wheels; no keyframe but the first."""
-
-    def __init__(self):
-        self.closures = []
-        self._poses = {0: np.eye(4)}
-
-    def keyframe_poses(self):
-        return self._poses
-
-
 class PlanPerception:
     """Maps of a plan's robot: a real obstacle map, and a belief that the test names.
 
@@ -250,7 +222,9 @@ class PlanPerception:
     def __init__(self, world, config, places):
         self.world, self.places = world, places
         self.depth_mapper = DepthMapper(config.perception.depth_mapper)
-        self.slam, self.clip_map = PlanPoses(), _NoElements()
+        poses = {0: np.eye(4)}  # those of the wheels; no keyframe but the first
+        self.slam = SimpleNamespace(closures=[], keyframe_poses=lambda: poses)
+        self.clip_map = SimpleNamespace(elements=_NO_ELEMENTS, **vars(_NO_ELEMENTS))
         self._shape = (40, 40)
         self._low = np.array([-20, -20])
         self._seen_from = np.zeros((*self._shape, 2))
@@ -318,14 +292,11 @@ class PlanPerception:
         )
 
 
-class _NoElements:
-    frames = np.zeros(0, np.int32)
-    boxes = np.zeros((0, 4), np.int32)
-    embeddings = np.zeros((0, 2), np.float32)
-
-    @property
-    def elements(self):
-        return self
+_NO_ELEMENTS = SimpleNamespace(
+    frames=np.zeros(0, np.int32),
+    boxes=np.zeros((0, 4), np.int32),
+    embeddings=np.zeros((0, 2), np.float32),
+)
 
 
 class PlanEncoder:
@@ -341,7 +312,11 @@ class PlanEncoder:
 def robot_on(world, places=(), config=None):
     """The pipeline of a robot in a plan, which believes to see what is asked for at places."""
     config = plan_config() if config is None else config
-    devices = Devices(world.clock, world, PlanBase(world), MOUNT, False)
+    base = SimpleNamespace(
+        drive=world.drive, read=world.base_state,
+        dock=lambda: None, resume=lambda: None, show=lambda feedback: None,
+    )  # fmt: skip
+    devices = Devices(world.clock, world, base, MOUNT, False)
     pipeline = Pipeline(devices, PlanEncoder(), config, [])
     pipeline.map.begin(PlanPerception(world, config, tuple(places)))
     return pipeline

@@ -4,46 +4,27 @@ import numpy as np
 import pytest
 
 from benchmarks.ablations.ablation import ABLATIONS
-from mapping.clip.belief import PlaceBelief
 from mapping.clip.evidence import fitted_weights
-from mapping.clip.footprint import PLACE
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Query
 from nav.frontier import FrontierSearch
-from vizbot.config import Config
+from tests.test_search.test_belief_search import CONFIG, SOFA, believed, room
 from vizbot.core.geometry import planar
-from vizbot.core.types import OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
-from vizbot.objectnav.tasks import Goal
-
-CONFIG = Config()
-SOFA = Goal("sofa", np.ones(4, np.float32), 0.5)
 
 
 def hall(ends_seen=False):
     """A hall of 8 m by 4 m whose west and east ends may be unseen, and its frontiers."""
-    occupancy = np.zeros((90, 170), np.float32)
-    occupancy[:5] = occupancy[-5:] = 1.0
-    occupancy[:, :5] = occupancy[:, -5:] = 1.0
-    grid = OccupancyGrid(occupancy, 0.05, np.array([-0.25, -0.25]))
-    frontiers = FrontierSearch(CONFIG.frontier)
+    grid, frontiers = room(width=8.0)
     seen = frontiers.explored.mask_on(grid)
-    seen[:] = True
     seen[:, :45] = seen[:, -45:] = ends_seen
     return grid, frontiers
 
 
-def belief(likeness=None, at=None):
+def belief(likeness=0.0, at=None):
     """A belief on the plan of the hall."""
-    shape = (18, 34)
-    probabilities = np.zeros(shape)
-    for (x, y), probability in (at or {}).items():
-        probabilities[int(y / PLACE), int(x / PLACE)] = probability
-    likeness = np.zeros(shape, np.float32) if likeness is None else likeness
-    return PlaceBelief(
-        np.zeros(2, np.int64), probabilities, likeness, np.ones(shape, bool), np.zeros((*shape, 2))
-    )
+    return believed(at, likeness, (18, 34), (0.0, 0.0))
 
 
 def both(part, **options):

@@ -29,9 +29,9 @@ SOFA, TV = (Goal(text, np.ones(4, np.float32), 0.5) for text in ("sofa", "tv"))
 KITCHEN = Goal("kitchen", np.ones(4, np.float32), 0.5, rivals=(np.ones(4, np.float32),))
 
 
-def room(explored=True):
-    """A closed room of 6 m by 4 m, the west of which may be unseen; its frontiers."""
-    occupancy = np.zeros((90, 130), np.float32)
+def room(explored=True, width=6.0):
+    """A closed room of that width by 4 m, the west of which may be unseen; its frontiers."""
+    occupancy = np.zeros((90, round(width / 0.05) + 10), np.float32)
     occupancy[:5] = occupancy[-5:] = 1.0
     occupancy[:, :5] = occupancy[:, -5:] = 1.0
     grid = OccupancyGrid(occupancy, 0.05, np.array([-0.25, -0.25]))
@@ -43,16 +43,15 @@ def room(explored=True):
     return grid, frontiers
 
 
-def believed(**places):
-    """A belief with these probabilities at x, y, and the same likeness everywhere."""
-    shape = (18, 26)
+def believed(at=None, likeness=0.0, shape=(18, 26), seen_from=SEEN_FROM):
+    """A belief with these probabilities at x, y."""
     probabilities = np.zeros(shape)
-    for (x, y), probability in places.get("at", {}).items():
+    for (x, y), probability in (at or {}).items():
         probabilities[int(y / PLACE), int(x / PLACE)] = probability
-    ones = np.ones(shape, np.float32)
     return PlaceBelief(
-        np.zeros(2, np.int64), probabilities, 0 * ones, ones > 0, np.full((*shape, 2), SEEN_FROM)
-    )
+        np.zeros(2, np.int64), probabilities, np.full(shape, likeness, np.float32),
+        np.ones(shape, bool), np.full((*shape, 2), seen_from),
+    )  # fmt: skip
 
 
 def stepped(search, belief, grid, T_map_base, steps):
@@ -88,9 +87,15 @@ def search(seen_room):
     return BeliefSearch(CONFIG, seen_room[1])
 
 
-def test_it_goes_to_what_is_likely_rather_than_into_the_unknown():
+@pytest.fixture
+def unseen():
+    """A search in a room whose west was not seen, and its grid."""
     grid, frontiers = room(explored=False)
-    search = BeliefSearch(CONFIG, frontiers)
+    return BeliefSearch(CONFIG, frontiers), grid
+
+
+def test_it_goes_to_what_is_likely_rather_than_into_the_unknown(unseen):
+    search, grid = unseen
     decision = search.go(SOFA, believed(at={(5.0, 2.0): 0.7}), grid, planar(3.6, 2.0, 0.0))
     assert not decision.exploring
     assert np.linalg.norm(decision.navigation.goal_xy - (5.0, 2.0)) < PLACE
@@ -104,10 +109,9 @@ def test_it_tells_what_it_searches_for_and_did_last(search, grid):
 
 
 @pytest.mark.parametrize("probability", [0.04, 0.1])
-def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely(probability):
+def test_it_looks_into_the_unknown_rather_than_at_what_is_unlikely(unseen, probability):
     """Though what is unlikely is right before it."""
-    grid, frontiers = room(explored=False)
-    search = BeliefSearch(CONFIG, frontiers)
+    search, grid = unseen
     decision = search.go(SOFA, believed(at={(5.0, 2.0): probability}), grid, HERE)
     assert decision.exploring and decision.navigation.goal_xy[0] < 3.2
 
@@ -158,15 +162,13 @@ def test_what_is_enough_falls_with_the_time_spent(times_of_patience, enough):
         assert (decision.activity == "closing in") == (probability > enough)
 
 
-def test_what_is_believed_near_by_is_gone_up_to_before_anything_else():
-    grid, frontiers = room(explored=False)
-    search = BeliefSearch(CONFIG, frontiers)
+def test_what_is_believed_near_by_is_gone_up_to_before_anything_else(unseen):
+    search, grid = unseen
     belief = believed(at={(5.1, 2.1): 0.95, (2.6, 2.1): 0.7})
     decision = search.go(SOFA, belief, grid, planar(3.3, 2.1, 0.0))
     assert decision.activity == "closing in"
     assert np.linalg.norm(decision.navigation.goal_xy - (5.1, 2.1)) < PLACE
-    from_near = planar(4.3, 2.1, 0.0)
-    ended = stepped(search, belief, grid, from_near, LOOK_STEPS + 1).ended
+    ended = stepped(search, belief, grid, planar(4.3, 2.1, 0.0), LOOK_STEPS + 1).ended
     assert ended is not None and ended[0] is Outcome.ARRIVED
     assert np.linalg.norm(search.answer_xy - (5.1, 2.1)) < PLACE
 
@@ -174,29 +176,26 @@ def test_what_is_believed_near_by_is_gone_up_to_before_anything_else():
 @pytest.mark.parametrize(
     ("apart", "likelier", "goes_on"), [(1.5, 0.95, True), (1.5, 0.9, False), (1.75, 0.95, False)]
 )
-def test_of_what_one_patch_may_show_the_likeliest_is_gone_up_to(apart, likelier, goes_on):
+def test_of_what_one_patch_may_show_the_likeliest_is_gone_up_to(
+    search, grid, apart, likelier, goes_on
+):
     """What stands before a sofa is believed for its sake: 1.3 m from there is too far from it."""
-    grid, frontiers = room()
     before, sofa = (3.6, 2.1), (3.6 + apart, 2.1)
     belief = believed(at={before: 0.85, sofa: likelier})
-    search = BeliefSearch(CONFIG, frontiers)
     walked(search, belief, grid, planar(2.4, 2.1, 0.0), sofa)
     assert np.linalg.norm(search.answer_xy - (sofa if goes_on else before)) < PLACE
 
 
-def test_a_likelier_place_behind_a_wall_is_no_way_around_it():
-    grid, frontiers = room()
+def test_a_likelier_place_behind_a_wall_is_no_way_around_it(search, grid):
     grid.occupancy[: int(3.9 / 0.05), int(4.6 / 0.05) : int(4.7 / 0.05)] = 1.0
     belief = believed(at={(3.6, 1.1): 0.85, (5.1, 1.1): 0.95})
-    search = BeliefSearch(CONFIG, frontiers)
     walked(search, belief, grid, planar(2.4, 1.1, 0.0), (5.1, 1.1))
     assert np.linalg.norm(search.answer_xy - (3.6, 1.1)) < PLACE
 
 
-def test_of_a_room_the_place_in_sight_is_gone_up_to_as_it_is():
-    grid, frontiers = room()
+def test_of_a_room_the_place_in_sight_is_gone_up_to_as_it_is(search, grid):
     belief = believed(at={(3.6, 2.1): 0.85, (5.1, 2.1): 0.95})
-    decision = BeliefSearch(CONFIG, frontiers).go(KITCHEN, belief, grid, planar(2.4, 2.1, 0.0))
+    decision = search.go(KITCHEN, belief, grid, planar(2.4, 2.1, 0.0))
     assert np.linalg.norm(decision.navigation.goal_xy - (3.6, 2.1)) < PLACE
 
 
@@ -274,14 +273,10 @@ def test_at_the_end_a_room_is_arrived_at_by_what_is_enough_then(search, grid):
     assert decision.ended[0] is Outcome.ARRIVED
 
 
-def test_the_last_place_is_shown_beside_what_is_enough_at_the_end():
-    grid, frontiers = room()
-    search, settings = BeliefSearch(CONFIG, frontiers), CONFIG.objectnav.search
-    place, before = (5.1, 2.1), planar(1.5, 2.1, 0.0)
-    decisions = walked(
-        search, believed(at={place: settings.arrival_probability_last + 0.05}), grid, before, place
-    )
-    *looking, last = decisions
+def test_the_last_place_is_shown_beside_what_is_enough_at_the_end(search, grid):
+    settings, place, before = CONFIG.objectnav.search, (5.1, 2.1), planar(1.5, 2.1, 0.0)
+    belief = believed(at={place: settings.arrival_probability_last + 0.05})
+    *looking, last = walked(search, belief, grid, before, place)
     assert last.ended is not None and last.ended[0] is Outcome.ARRIVED
     assert looking[0].activity == "looking closer"
     assert looking[0].threshold == pytest.approx(settings.arrival_probability_early, abs=0.01)
@@ -319,13 +314,10 @@ def test_why_it_goes_to_a_frontier_is_said_by_what_is_there_until_it_goes_elsewh
     assert later.why == f"{reasons.LITTLE_LEFT}; {less_worth}"
 
 
-def test_the_end_in_vain_is_shown_beside_what_would_have_been_enough():
-    grid, frontiers = room()
-    search, settings = BeliefSearch(CONFIG, frontiers), CONFIG.objectnav.search
-    place, before = (5.1, 2.1), planar(1.5, 2.1, 0.0)
-    decisions = walked(
-        search, believed(at={place: settings.arrival_probability_last - 0.05}), grid, before, place
-    )
+def test_the_end_in_vain_is_shown_beside_what_would_have_been_enough(search, grid):
+    settings, place, before = CONFIG.objectnav.search, (5.1, 2.1), planar(1.5, 2.1, 0.0)
+    belief = believed(at={place: settings.arrival_probability_last - 0.05})
+    decisions = walked(search, belief, grid, before, place)
     assert decisions[-1].ended[0] is Outcome.NOT_FOUND
     assert decisions[-1].threshold == settings.arrival_probability_last
 
@@ -392,8 +384,7 @@ def test_what_somebody_says_is_not_it_is_left_and_the_search_goes_on(search, gri
     assert stepped(search, belief, grid, before, LOOK_STEPS + 1).ended is not None
     search.refute()
     assert search.answer_xy is None
-    left = search.as_judged(SOFA, belief)
-    decision = search.go(SOFA, left, grid, before)
+    decision = search.go(SOFA, search.as_judged(SOFA, belief), grid, before)
     assert decision.ended is None
     assert np.linalg.norm(decision.navigation.goal_xy - (1.1, 3.1)) < PLACE
     others = search.as_judged(TV, belief)
@@ -417,30 +408,29 @@ def test_a_place_that_is_exactly_as_likely_as_is_enough_is_believed():
     assert search.go(SOFA, belief, grid, planar(3.3, 2.1, 0.0)).activity == "closing in"
 
 
-@pytest.mark.parametrize(("away", "believed_less"), [(0.75, True), (0.76, False)])
-def test_no_takes_belief_from_all_that_is_as_near_as_one_place(away, believed_less, monkeypatch):
+@pytest.mark.parametrize(
+    ("goal", "place", "away", "believed_less"),
+    [
+        (SOFA, (5.1, 2.1), 0.75, True),
+        (SOFA, (5.1, 2.1), 0.76, False),
+        (KITCHEN, (5.125, 2.125), 2.0, True),
+        (KITCHEN, (5.125, 2.125), 2.01, False),
+    ],
+)
+def test_no_takes_belief_from_all_that_is_as_near_as_one_place_or_from_the_floor_of_a_room(
+    search, grid, goal, place, away, believed_less, monkeypatch
+):
     monkeypatch.setattr(verdicts, "APART", 0.75)  # a binary number: the edge is exact
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
-    belief = believed(at={(5.1, 2.1): 0.8})
-    search.go(SOFA, belief, grid, HERE)
+    belief = believed(at={place: 0.8})
+    search.go(goal, belief, grid, HERE)
     rows, columns = np.nonzero(belief.probabilities)
-    search.answer_xy = belief.xy(rows, columns)[0] - (away, 0.0)
-    search.refute()
-    left = search.as_judged(SOFA, belief).probabilities[rows, columns]
-    assert (left < 0.8) == believed_less
-
-
-@pytest.mark.parametrize(("away", "believed_less"), [(2.0, True), (2.01, False)])
-def test_no_of_a_room_holds_for_the_floor_around(away, believed_less):
-    kitchen = replace(SOFA, text="kitchen", rivals=(np.array([0.0, 1.0], np.float32),))
-    grid, frontiers = room()
-    search = BeliefSearch(CONFIG, frontiers)
-    belief = believed(at={(5.125, 2.125): 0.8})
-    search.go(kitchen, belief, grid, HERE)
-    rows, columns = np.nonzero(belief.probabilities)
-    search.refute(belief.xy(rows, columns)[0] - (away, 0.0))
-    left = search.as_judged(kitchen, belief).probabilities[rows, columns]
+    answer_xy = belief.xy(rows, columns)[0] - (away, 0.0)
+    if goal is SOFA:
+        search.answer_xy = answer_xy
+        search.refute()
+    else:
+        search.refute(answer_xy)
+    left = search.as_judged(goal, belief).probabilities[rows, columns]
     assert (left < 0.8) == believed_less
 
 
@@ -453,15 +443,13 @@ def test_what_the_robot_goes_up_to_is_left_once_somebody_says_that_it_is_not_it(
     assert decision.ended is None and not decision.exploring
     assert np.linalg.norm(search.place_of(decision.navigation) - (1.1, 3.1)) < PLACE
     again = replace(SOFA)
-    left = search.as_judged(again, belief)
-    decision = search.go(again, left, grid, before)
+    decision = search.go(again, search.as_judged(again, belief), grid, before)
     assert np.linalg.norm(search.place_of(decision.navigation) - (1.1, 3.1)) < PLACE, "kept"
 
 
-def test_where_somebody_says_that_it_is_the_robot_goes_and_stops():
-    grid, frontiers = room(explored=False)
+def test_where_somebody_says_that_it_is_the_robot_goes_and_stops(unseen):
+    search, grid = unseen
     belief, before = believed(at={(5.1, 2.1): 0.2, (3.3, 3.4): 0.6}), planar(3.3, 2.1, 0.0)
-    search = BeliefSearch(CONFIG, frontiers)
     by_itself = search.go(SOFA, belief, grid, before)
     assert np.linalg.norm(by_itself.navigation.goal_xy - (3.3, 3.4)) < PLACE
 
@@ -496,7 +484,6 @@ def test_on_the_way_to_a_spot_it_is_told_for_which_place(search, grid):
 
 def test_what_is_not_worth_its_way_is_not_tried_and_the_end_says_how_much_was_seen():
     grid, frontiers = room(explored=False)
-    search = BeliefSearch(CONFIG, frontiers)
     before, belief = planar(4.3, 2.1, 0.0), believed(at={(5.1, 2.1): 0.1})
     settings = CONFIG.objectnav.search.model_copy(update={"min_probability_per_metre": 10.0})
     choosy = CONFIG.objectnav.model_copy(update={"search": settings})

@@ -266,18 +266,8 @@ def test_the_planner_reaches_with_a_lower_theta_what_it_has_reached_with_a_highe
     cameras = {True: IN_OTHER_ROOM, False: (2.0, 2.0)}
     sightings = seen(*(element(IN_WALL[i], s, cameras[beyond]) for i, s, beyond in elements))
     costmap = LiveCostmap(NAVIGATOR.costmap).update(two_rooms(is_open=False))
-
-    def navigation(found):
-        goals = GoalPoints(sightings.points[found, :2], None, sightings.seen_from[found])
-        return navigate(costmap, goals, HERE, REACH, NAVIGATOR)
-
-    a_t, chosen, theta = algorithm_1(
-        sightings.points, sightings.similarities, THETA, navigation, lambda: None
-    )
-    action = decide(sightings, THETA, costmap, HERE, NAVIGATOR)
-    assert same(None if action is None else action.navigation, a_t)
-    if action is not None:
-        assert (action.element, action.theta) == (chosen, theta)
+    assert explore_distant(costmap, HERE, NAVIGATOR) is None
+    assert_decided_by_algorithm_1(sightings, costmap, HERE)
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """The catalogue of faults, how they are asked for, and when they happen."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 
@@ -8,18 +9,12 @@ from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule, PlannedFault, p
 from vizbot.core.errors import ConfigError
 
 
-class Hand:
-    """A clock that is set by hand."""
-
-    def __init__(self):
-        self.time = 0.0
-
-    def now(self):
-        return self.time
+def clock_by_hand():
+    return SimpleNamespace(time=0.0)
 
 
 def scheduled(text, hand, seed=0):
-    return FaultSchedule(parse_faults(text), hand.now, seed)
+    return FaultSchedule(parse_faults(text), lambda: hand.time, seed)
 
 
 def times_of(schedule, hand, name, end):
@@ -34,7 +29,7 @@ def times_of(schedule, hand, name, end):
 
 
 def test_a_fault_begins_at_its_time_and_lasts_as_long_as_it_is_told_to():
-    hand = Hand()
+    hand = clock_by_hand()
     schedule = scheduled("bump@12, camera-frozen@40+3", hand)
     assert schedule.names == {"bump", "camera-frozen"}
     for time, bump, frozen in ((11.9, False, False), (12.0, True, False), (40.0, True, True),
@@ -45,28 +40,28 @@ def test_a_fault_begins_at_its_time_and_lasts_as_long_as_it_is_told_to():
 
 
 def test_a_name_alone_begins_with_the_run():
-    assert scheduled("mode-off-by-one", Hand()).active("mode-off-by-one")
+    assert scheduled("mode-off-by-one", clock_by_hand()).active("mode-off-by-one")
 
 
 def test_a_rate_is_times_a_minute_and_a_seed_gives_the_same_times():
-    hand = Hand()
+    hand = clock_by_hand()
     schedule = scheduled("encoder-jump~6", hand, seed=1)
     begun = times_of(schedule, hand, "encoder-jump", 600.0)
     assert 40 < len(begun) < 80
-    again = Hand()
+    again = clock_by_hand()
     assert begun == times_of(scheduled("encoder-jump~6", again, 1), again, "encoder-jump", 600.0)
-    other = Hand()
+    other = clock_by_hand()
     assert begun != times_of(scheduled("encoder-jump~6", other, 2), other, "encoder-jump", 600.0)
 
 
 def test_a_fault_may_wait_until_the_robot_rolls_and_the_next_one_waits_for_it():
-    hand, rolling = Hand(), []
+    hand, rolling = clock_by_hand(), []
     planned = [
         PlannedFault(CATALOGUE["mode-off-by-one"], 1.0, 9.0),
         PlannedFault(CATALOGUE["bump"], 1.0, 9.0, rolling=True),
         PlannedFault(CATALOGUE["cliff"], 3.0, 9.0, rolling=True),
     ]
-    schedule = FaultSchedule(planned, hand.now, 0)
+    schedule = FaultSchedule(planned, lambda: hand.time, 0)
     schedule.wait_for_rolling(lambda: bool(rolling))
     hand.time = 2.0
     assert schedule.active("mode-off-by-one")

@@ -23,19 +23,15 @@ class Eye:
     camera: FaultyCamera
 
 
-@pytest.fixture
-def open_eye():
-    def build(faults, T_world_base=None):
-        clock = SimulatedClock()
-        floor = FreeFloor(T_world_base=T_world_base)
-        room = BoxCamera(floor, clock, camera_mount(0.6, 0.05, 0.15), 5.0)
-        schedule = FaultSchedule(parse_faults(faults), clock.now, 0)
-        return Eye(clock, FaultyCamera(room, clock, schedule, 0))
-
-    return build
+def open_eye(faults, T_world_base=None):
+    clock = SimulatedClock()
+    floor = FreeFloor(T_world_base=T_world_base)
+    room = BoxCamera(floor, clock, camera_mount(0.6, 0.05, 0.15), 5.0)
+    schedule = FaultSchedule(parse_faults(faults), clock.now, 0)
+    return Eye(clock, FaultyCamera(room, clock, schedule, 0))
 
 
-def test_the_bare_room_has_a_floor_and_walls(open_eye):
+def test_the_bare_room_has_a_floor_and_walls():
     frame = open_eye("bump@99", planar(8.0, 0.0, 0.0)).camera.read()
     assert frame.depth.shape == (CAMERA.height, CAMERA.width)
     middle = frame.depth[:, CAMERA.width // 2]
@@ -44,7 +40,7 @@ def test_the_bare_room_has_a_floor_and_walls(open_eye):
     assert 0.5 < middle[-1] < 1.2
 
 
-def test_a_frozen_camera_times_out_and_then_sees_again(open_eye):
+def test_a_frozen_camera_times_out_and_then_sees_again():
     eye = open_eye("camera-frozen@1+2")
     while eye.clock.now() < 0.99:
         eye.camera.read()
@@ -54,7 +50,7 @@ def test_a_frozen_camera_times_out_and_then_sees_again(open_eye):
     assert eye.camera.read().stamp == pytest.approx(3.0, abs=0.25)
 
 
-def test_with_the_cable_out_the_inertial_samples_are_lost(open_eye):
+def test_with_the_cable_out_the_inertial_samples_are_lost():
     eye = open_eye("camera-vanishes@1+2")
     stamps, samples = [], []
     while len(stamps) < 10:
@@ -95,17 +91,15 @@ def test_faults_of_a_recording_go_by_its_own_time():
     assert ((elapsed < 4.0) | (elapsed >= 5.0)).all()
 
 
-def test_what_a_bad_camera_shows(open_eye):
-    black = open_eye("black-depth").camera.read()
-    assert not black.depth.any()
-    white = open_eye("overexposed").camera.read()
-    assert white.rgb.min() == 255
+def test_what_a_bad_camera_shows():
+    assert not open_eye("black-depth").camera.read().depth.any()
+    assert open_eye("overexposed").camera.read().rgb.min() == 255
     holes = np.mean([(open_eye("depth-holes").camera.read().depth == 0.0).mean()])
     assert holes == pytest.approx(0.6, abs=0.15)
     assert len(open_eye("imu-gap").camera.read().imu.gyro) == 0
 
 
-def test_half_the_rate_loses_no_inertial_samples(open_eye):
+def test_half_the_rate_loses_no_inertial_samples():
     eye = open_eye("half-rate")
     frames = [eye.camera.read() for _ in range(4)]
     np.testing.assert_allclose(np.diff([frame.stamp for frame in frames]), 0.4, atol=0.02)
@@ -114,14 +108,14 @@ def test_half_the_rate_loses_no_inertial_samples(open_eye):
     assert (np.diff(stamps) > 0.0).all()
 
 
-def test_images_without_their_depth_do_not_come(open_eye):
+def test_images_without_their_depth_do_not_come():
     eye = open_eye("unpaired-frames")
     gaps = np.diff([eye.camera.read().stamp for _ in range(12)])
     assert gaps.min() < 0.25
     assert gaps.max() > 0.35
 
 
-def test_a_clock_that_jumps_and_jumps_back_costs_no_time(open_eye, caplog):
+def test_a_clock_that_jumps_and_jumps_back_costs_no_time(caplog):
     eye = open_eye("stamps-jump@1+1")
     frames = [eye.camera.read() for _ in range(15)]
     stamps = np.array([frame.stamp for frame in frames])

@@ -1,5 +1,7 @@
 """What faults do to the simulated base and encoder, seen from the robot's side of them."""
 
+from contextlib import closing
+
 import numpy as np
 import pytest
 
@@ -36,17 +38,8 @@ class FaultyRig(Rig):
 
 
 @pytest.fixture
-def open_rig():
-    opened = []
-
-    def build(faults, **settings):
-        opened.append(FaultyRig(faults, **settings))
-        return opened[-1]
-
-    yield build
-    for rig in opened:
-        rig.base.close()
-        rig.stub.close()
+def open_rig(opened):
+    return lambda faults, **settings: opened.enter_context(closing(FaultyRig(faults, **settings)))
 
 
 def x_of(rig):
@@ -176,27 +169,24 @@ def test_firmware_with_the_mode_one_too_high_calls_safe_3_and_full_4(
     assert sum(rig.floor.speeds) > 0.0
 
 
-def test_a_virtual_wall_is_seen_while_it_lasts(open_rig):
-    rig = open_rig("virtual-wall@1+1")
+@pytest.mark.parametrize(
+    ("fault", "felt", "mode"),
+    [
+        ("virtual-wall", "blocked", BaseMode.SAFE),
+        ("charger-plugged", "plugged_in", BaseMode.PASSIVE),
+    ],
+)
+def test_a_virtual_wall_and_a_charger_stop_it_while_they_last(open_rig, fault, felt, mode):
+    rig = open_rig(f"{fault}@1+1", resume_safe=fault == "charger-plugged")
     rig.drive(AHEAD, 1.1)
-    assert rig.base.read().blocked
+    state = rig.base.read()
+    assert getattr(state, felt)
+    assert state.mode is mode
     assert rig.floor.speeds == (0.0, 0.0)
     rig.drive(AHEAD, 1.0)
     rig.base.read()  # of the time before
-    rig.drive(AHEAD, 0.1)
-    assert not rig.base.read().blocked
-    assert sum(rig.floor.speeds) > 0.0
-
-
-def test_a_base_with_a_charger_plugged_in_leaves_safe_mode(open_rig):
-    rig = open_rig("charger-plugged@1+1", resume_safe=True)
-    rig.drive(AHEAD, 1.1)
-    state = rig.base.read()
-    assert state.plugged_in
-    assert state.mode is BaseMode.PASSIVE
-    assert rig.floor.speeds == (0.0, 0.0)
-    rig.drive(AHEAD, 2.0)
-    assert not rig.base.read().plugged_in
+    rig.drive(AHEAD, 1.0)
+    assert not getattr(rig.base.read(), felt)
     assert sum(rig.floor.speeds) > 0.0
 
 

@@ -97,17 +97,13 @@ def test_the_shortest_path_ends_within_reach_in_sight(world):
     assert nearest_path_length(world, "sofa") > 1.5
 
 
-def test_the_shortest_path_to_a_room_ends_on_its_floor(world):
+@pytest.mark.parametrize(
+    ("goal", "way"),
+    [("kitchen", 5.1), ("hallway", 0.0), ("toilet", None), ("study", None), ("piano", None)],
+)
+def test_the_shortest_path_to_a_room_ends_on_its_floor_and_there_may_be_none(world, goal, way):
     world.place(1.0, 2.4, 0.0)
-    assert nearest_path_length(world, "kitchen") == pytest.approx(5.1, abs=0.1)
-    assert nearest_path_length(world, "hallway") == 0.0
-
-
-def test_no_way_and_no_such_thing_have_no_shortest_path(world):
-    world.place(1.0, 2.4, 0.0)
-    assert nearest_path_length(world, "toilet") is None
-    assert nearest_path_length(world, "study") is None
-    assert nearest_path_length(world, "piano") is None
+    assert nearest_path_length(world, goal) == (way and pytest.approx(way, abs=0.1))
 
 
 def test_ways_lead_around_obstacles_and_are_hardly_too_long(world):

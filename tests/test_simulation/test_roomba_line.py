@@ -1,10 +1,13 @@
 """A line to the base that loses or spoils a byte: what the base then does, and for how long."""
 
+from contextlib import contextmanager
+
 import pytest
 
 from drivers.roomba.commands import Opcode
 from sim_stubs.roomba.serial_line import SerialLine
 from sim_stubs.world.body import Contacts
+from tests.helpers.failing import raising
 from tests.helpers.roomba_rig import PERIOD, BadLineRig, since
 from vizbot.core.errors import DeviceError
 from vizbot.core.types import STOP, BaseMode, Feedback, Twist
@@ -66,9 +69,8 @@ def errands(number):
         leg(0.6)
         rig.modes.append(rig.stub.mode)
         leg(LEG, ahead)
-        publish, rig.stub.publish = rig.stub.publish, lambda: None
-        leg(0.75, ahead)
-        rig.stub.publish = publish
+        with rig.silence():
+            leg(0.75, ahead)
         leg(0.1)
         leg(LEG, ahead)
         rig.base.close()
@@ -91,13 +93,20 @@ def test_no_byte_that_is_lost_of_any_command_rolls_it_farther_or_costs_what_was_
             assert there < wanted + 2 * FASTEST * PERIOD, number
 
 
+@contextmanager
+def spoiling(bit):
+    """A rig that drives, on a line that can spoil a bit."""
+    rig = BadLineRig(-1, lambda byte: bytes([byte ^ 1 << bit]))
+    with rig.stub, rig.base:
+        rig.drive(Twist(0.25, 0.0), 0.3)
+        yield rig
+
+
 @pytest.mark.sampled
 @pytest.mark.parametrize("place", [5, 6, 7, 8])
 @pytest.mark.parametrize("bit", range(8))
 def test_a_speed_that_is_spoilt_on_the_way_stops_the_base_within_two_periods(place, bit):
-    rig = BadLineRig(-1, lambda byte: bytes([byte ^ 1 << bit]))
-    with rig.stub, rig.base:
-        rig.drive(Twist(0.25, 0.0), 0.3)
+    with spoiling(bit) as rig:
         before, rig.line.number = rig.floor.wheel_travel, rig.line.written + place
         rig.drive(Twist(0.25, 0.0), 2 * PERIOD)
         assert rig.floor.speeds == (0.0, 0.0)
@@ -110,9 +119,7 @@ def test_a_speed_that_is_spoilt_on_the_way_stops_the_base_within_two_periods(pla
 @pytest.mark.parametrize("place", range(9))
 @pytest.mark.parametrize("bit", range(8))
 def test_whatever_bit_is_spoilt_the_base_can_be_stopped(place, bit):
-    rig = BadLineRig(-1, lambda byte: bytes([byte ^ 1 << bit]))
-    with rig.stub, rig.base:
-        rig.drive(Twist(0.25, 0.0), 0.3)
+    with spoiling(bit) as rig:
         rig.line.number = rig.line.written + place
         rig.drive(Twist(0.25, 0.0), 2 * PERIOD)
         rig.drive(Twist(0.0, 0.0), 1.0)
@@ -229,9 +236,6 @@ def test_a_base_that_is_lifted_meanwhile_is_not_asked_any_more(rig):
 
 
 def test_a_system_without_pseudo_terminals_is_told_in_a_line(monkeypatch):
-    def none():
-        raise OSError(19, "No such device")
-
-    monkeypatch.setattr("os.openpty", none)
+    monkeypatch.setattr("os.openpty", raising(OSError(19, "No such device")))
     with pytest.raises(DeviceError, match=r"pseudo-terminal.*No such device; .* mount /dev/pts"):
         SerialLine()

@@ -20,10 +20,9 @@ class Recorder:
 
 def test_sleeping_takes_whole_periods():
     clock = SimulatedClock(period=0.01)
-    clock.sleep(0.025)
-    assert clock.now() == pytest.approx(0.03)
-    clock.sleep(0.0)
-    assert clock.now() == pytest.approx(0.03)
+    for seconds in (0.025, 0.0):
+        clock.sleep(seconds)
+        assert clock.now() == pytest.approx(0.03)
 
 
 def test_rounding_never_costs_a_period():
@@ -103,8 +102,7 @@ def test_asking_for_a_result_too_early_waits_for_it():
 
 
 def test_the_error_of_work_is_raised_where_its_result_is_asked_for():
-    clock = SimulatedClock()
-    pending = clock.start(lambda: 1 / 0, latency=0.0)
+    pending = SimulatedClock().start(lambda: 1 / 0, latency=0.0)
     assert pending.ready()
     with pytest.raises(ZeroDivisionError):
         pending.result()

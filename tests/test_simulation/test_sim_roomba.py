@@ -123,21 +123,16 @@ def test_speeds_beyond_the_fastest_are_taken_for_the_fastest(safe, command, left
     assert safe.wheels_mm_s() == (left, right)
 
 
-@pytest.mark.parametrize("opcode", [128, 173])
-def test_the_last_drive_runs_on_when_the_line_is_silent_and_through_start_and_stop(safe, opcode):
+@pytest.mark.parametrize(("opcode", "speed"), [(128, 100), (173, 100), (7, 0), (133, 0), (135, 0)])
+def test_the_last_drive_runs_on_in_silence_start_and_stop_but_not_reset_power_and_clean(
+    safe, opcode, speed
+):
     safe.send(145, 0, 100, 0, 100)
     for _ in range(200):
         safe.roomba.advance(0.015)
     assert safe.wheels_mm_s() == (100, 100)
     safe.send(opcode)
-    assert safe.wheels_mm_s() == (100, 100)
-
-
-@pytest.mark.parametrize("opcode", [7, 133, 135])
-def test_reset_power_and_clean_take_the_wheels_over(safe, opcode):
-    safe.send(145, 0, 100, 0, 100)
-    safe.send(opcode)
-    assert safe.wheels_mm_s() == (0, 0)
+    assert safe.wheels_mm_s() == (speed, speed)
 
 
 @pytest.mark.parametrize(
@@ -159,36 +154,32 @@ def test_safe_mode_stops_for_a_cliff_ahead_and_in_tight_arcs_back(safe, right, l
     assert safe.send(149, 4, 9, 10, 11, 12) == [0, 1, 0, 0]
 
 
-@pytest.mark.parametrize("drops", [(True, False), (False, True)])
-def test_safe_mode_stops_for_a_wheel_drop(safe, drops):
-    safe.send(145, 255, 156, 255, 156)
-    safe.body.contacts = Contacts(wheel_drops=drops)
+@pytest.mark.parametrize(
+    ("drive", "contacts", "charger", "speed", "reply"),
+    [
+        ([145, 255, 156, 255, 156], Contacts(wheel_drops=(True, False)), 0, 0, [8, 1]),
+        ([145, 255, 156, 255, 156], Contacts(wheel_drops=(False, True)), 0, 0, [4, 1]),
+        ([145, 0, 100, 0, 100], Contacts(), 1, 0, [0, 1]),
+        ([145, 0, 100, 0, 100], Contacts(bump_right=True), 0, 100, [1, 2]),
+        (
+            [132, 145, 0, 100, 0, 100],
+            Contacts(cliffs=(True,) * 4, wheel_drops=(True, True)),
+            0,
+            100,
+            [12, 3],
+        ),
+    ],
+    ids=["left drop", "right drop", "charger", "bump", "Full mode"],
+)
+def test_safe_mode_stops_for_drops_and_the_charger_and_full_mode_for_nothing(
+    safe, drive, contacts, charger, speed, reply
+):
+    safe.send(*drive)
+    safe.body.contacts = contacts
+    safe.roomba.overrides[Packet.CHARGING_SOURCES] = charger
     safe.roomba.advance(0.015)
-    assert safe.wheels_mm_s() == (0, 0)
-    assert safe.send(149, 2, 7, 35) == [8 if drops[0] else 4, 1]
-
-
-def test_safe_mode_stops_for_the_charger(safe):
-    safe.send(145, 0, 100, 0, 100)
-    safe.roomba.overrides[Packet.CHARGING_SOURCES] = 1
-    safe.roomba.advance(0.015)
-    assert safe.wheels_mm_s() == (0, 0)
-    assert safe.roomba.mode is BaseMode.PASSIVE
-
-
-def test_safe_mode_does_not_stop_for_a_bump(safe):
-    safe.send(145, 0, 100, 0, 100)
-    safe.body.contacts = Contacts(bump_right=True)
-    safe.roomba.advance(0.015)
-    assert safe.wheels_mm_s() == (100, 100)
-    assert safe.send(142, 7) == [1]
-
-
-def test_full_mode_stops_for_nothing(safe):
-    safe.send(132, 145, 0, 100, 0, 100)
-    safe.body.contacts = Contacts(cliffs=(True,) * 4, wheel_drops=(True, True))
-    safe.roomba.advance(0.015)
-    assert safe.wheels_mm_s() == (100, 100)
+    assert safe.wheels_mm_s() == (speed, speed)
+    assert safe.send(149, 2, 7, 35) == reply
 
 
 def test_the_battery_drains_faster_while_driving(safe):

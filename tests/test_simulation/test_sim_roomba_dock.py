@@ -1,6 +1,7 @@
 """Dock, battery and sleep of the simulated base."""
 
 import math
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -31,6 +32,10 @@ class Docked:
         self.clock.attach(self.stub)
         self.port = self.stub.lockstep_port(open_serial(self.stub.path))
 
+    def close(self):
+        self.port.close()
+        self.stub.close()
+
     def send(self, *command):
         self.port.write(bytes(command))
         self.clock.sleep(PERIOD)
@@ -43,17 +48,8 @@ class Docked:
 
 
 @pytest.fixture
-def program():
-    programs = []
-
-    def build(**settings):
-        programs.append(Docked(**settings))
-        return programs[-1]
-
-    yield build
-    for each in programs:
-        each.port.close()
-        each.stub.close()
+def program(opened):
+    return lambda **settings: opened.enter_context(closing(Docked(**settings)))
 
 
 @pytest.mark.parametrize(
@@ -85,8 +81,7 @@ def test_each_receiver_looks_to_its_side():
 @pytest.mark.parametrize("start", [(0.0, 0.0, 0.0), (0.2, 0.4, 2.0), (-0.3, -0.6, -1.0)])
 def test_a_base_that_seeks_its_dock_charges_there(program, start):
     program = program(start=start, charge=0.5)
-    program.send(128)
-    program.send(143)
+    program.send(128, 143)
     for _ in range(4000):
         program.clock.sleep(PERIOD)
         if program.floor.speeds == (0.0, 0.0):
@@ -103,8 +98,7 @@ def test_a_base_that_seeks_its_dock_charges_there(program, start):
 
 def test_a_dock_that_is_not_there_is_not_sought_for_ever(program):
     program = program(dock=None)
-    program.send(128)
-    program.send(143)
+    program.send(128, 143)
     program.clock.sleep(0.1)
     assert program.floor.speeds == (0.0, 0.0)
 
@@ -130,8 +124,7 @@ def test_a_full_battery_is_charged_no_more(program):
 
 def test_an_empty_battery_ends_everything(program):
     program = program(charge=1e-4)
-    program.send(128)
-    program.send(131)
+    program.send(128, 131)
     program.send(*encode(Opcode.DRIVE_DIRECT, 100, 100))
     program.clock.sleep(30.0)
     assert program.stub.asleep
@@ -143,8 +136,7 @@ def test_an_empty_battery_ends_everything(program):
 @pytest.mark.slow
 def test_a_base_falls_asleep_in_passive_mode_alone_and_a_button_wakes_it(program):
     program = program()
-    program.send(128)
-    program.send(131)
+    program.send(128, 131)
     program.clock.sleep(400.0)
     assert not program.stub.asleep
     program.send(128)

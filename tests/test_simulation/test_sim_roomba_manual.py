@@ -118,6 +118,7 @@ def test_h21_a_stream_of_contacts_mode_and_encoders(connect):
         ("R6", [22], {22: 4883}, [19, 3, 22, 19, 19, 174]),
         ("R9", [100], dict.fromkeys(range(7, 59), 0), [19, 81, 100, *[0] * 80, 56]),
         ("R15", [22], {22: 15002}, [19, 3, 22, 58, 154, 0]),
+        ("R17", [100], R17_SENSED | R17_LIVED, [19, 81, 100, *R17, 179]),
     ],
 )
 def test_stream_frames_are_the_bytes_of_the_manual(host, vector, ids, values, frame):
@@ -158,10 +159,3 @@ def test_r17_every_packet_of_a_base_that_backs_off_in_an_arc(connect):
     host.body.roll_mm(-59.61, -10.39)
     host.roomba.advance(0.015)
     assert host.send(142, 100) == R17
-
-
-def test_r17_the_same_values_in_a_stream_frame(host):
-    values = R17_SENSED | R17_LIVED
-    host.roomba.overrides |= {Packet(number): value for number, value in values.items()}
-    host.send(128, 148, 1, 100)
-    assert host.frame() == [19, 81, 100, *R17, 179]

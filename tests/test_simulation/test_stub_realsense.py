@@ -19,6 +19,7 @@ from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world_name import open_world
 from sim_stubs.world.world_plan import D435I_COLOUR
 from tests.helpers.d435i_frames import push_frames
+from tests.helpers.failing import raising
 from vizbot.cli import app as cli
 from vizbot.core.errors import ConfigError
 
@@ -101,13 +102,12 @@ def test_any_realsense_program_plays_it_at_its_own_pace(tmp_path):
     assert ended - began == pytest.approx(19 / 30, abs=0.4)
 
 
-def _refuse(*_):
-    raise sqlite3.OperationalError("database or disk is full")
-
-
 @pytest.mark.parametrize("step", ["add_imu_extrinsics", "set_pace"])
 def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path, monkeypatch, step):
-    monkeypatch.setattr(f"sim_stubs.realsense.software_device.{step}", _refuse)
+    monkeypatch.setattr(
+        f"sim_stubs.realsense.software_device.{step}",
+        raising(sqlite3.OperationalError("database or disk is full")),
+    )
     device = SoftwareD435i()
     with (
         pytest.raises(ConfigError, match=r"walk\.db3: database or disk is full; make room"),

@@ -57,6 +57,11 @@ class Drive:
         blank = np.zeros((2, 2, 3), np.uint8), np.zeros((2, 2), np.float32)
         return RGBDFrame(self.stamp, *blank, camera, imu)
 
+    def next_frame(self) -> RGBDFrame:
+        """That of a camera that rests, a period later."""
+        self.stamp += PERIOD
+        return self.frame(0.0)
+
     def go(self, seconds: float, speed: float, yaw_rate: float, wheels: bool = True) -> None:
         """Drive, shaking a little; without `wheels` a person moves the robot."""
         for i in range(round(seconds / PERIOD)):

@@ -133,13 +133,9 @@ def test_what_has_nothing_in_common_has_no_pose() -> None:
     assert measure(NO_FEATURES, first) is None
 
 
-def test_too_few_matches_have_no_pose() -> None:
-    rng = np.random.default_rng(2)
-    assert measure(*views(np.eye(4), rng, count=OdometryConfig().min_inliers - 1)) is None
-
-
-def test_without_any_depth_there_is_no_pose() -> None:
-    assert measure(*views(np.eye(4), np.random.default_rng(3), holes=1.1)) is None
+@pytest.mark.parametrize("lack", [{"count": OdometryConfig().min_inliers - 1}, {"holes": 1.1}])
+def test_with_too_few_matches_or_without_any_depth_there_is_no_pose(lack: dict) -> None:
+    assert measure(*views(np.eye(4), np.random.default_rng(2), **lack)) is None
 
 
 def test_a_prediction_makes_a_narrow_search_enough() -> None:

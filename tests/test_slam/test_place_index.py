@@ -50,8 +50,7 @@ def test_a_place_seen_again_comes_first_and_far_before_the_next(index, places):
 
 
 def test_what_all_places_show_distinguishes_none(places):
-    rng = np.random.default_rng(6)
-    carpet = place(rng, 300)
+    carpet = place(np.random.default_rng(6), 300)
     index = PlaceIndex(PlaceIndexConfig())
     for i, features in enumerate(places[:10]):
         both = np.concatenate((features.descriptors[:100], carpet.descriptors))

@@ -20,15 +20,22 @@ def square(steps: int = 10) -> list[SE3]:
     return poses
 
 
-def by_wheels(truth: list[SE3], graph: PoseGraph, turn: float) -> None:
-    """Add keyframes chained by wheels that turn `turn` [rad] too far at each step."""
-    T_map_base = np.eye(4)
+def begun() -> PoseGraph:
+    """A graph of the first keyframe."""
+    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
     graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    return graph
+
+
+def by_wheels(truth: list[SE3], turn: float) -> PoseGraph:
+    """Keyframes chained by wheels that turn `turn` [rad] too far at each step."""
+    T_map_base, graph = np.eye(4), begun()
     for i in range(1, len(truth)):
         step = invert(truth[i - 1]) @ truth[i] @ planar(0, 0, turn)
         T_map_base = T_map_base @ step
         graph.add_keyframe(i, T_map_base @ T_BASE_CAM)
         graph.add_wheel_motion(i - 1, i, step)
+    return graph
 
 
 def test_noise_is_rotation_first_then_translation() -> None:
@@ -37,8 +44,7 @@ def test_noise_is_rotation_first_then_translation() -> None:
 
 def test_a_closed_loop_takes_out_the_drift_of_wheels() -> None:
     truth = square()
-    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    by_wheels(truth, graph, turn=0.01)
+    graph = by_wheels(truth, turn=0.01)
     last = len(truth) - 1
     drifted = graph.update()[last]
     T_first_last = invert(truth[0] @ T_BASE_CAM) @ truth[last] @ T_BASE_CAM
@@ -55,8 +61,7 @@ def test_the_gyroscope_takes_out_the_turns_of_wheels_that_slip() -> None:
     T_first_last = invert(truth[0] @ T_BASE_CAM) @ truth[-1] @ T_BASE_CAM
     errors = []
     for gyro in (False, True):
-        graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-        by_wheels(truth, graph, turn=0.01)
+        graph = by_wheels(truth, turn=0.01)
         for i in range(1, len(truth)):
             if gyro:
                 # It knows the turn alone; what else it is told counts for nothing.
@@ -67,17 +72,21 @@ def test_the_gyroscope_takes_out_the_turns_of_wheels_that_slip() -> None:
     assert errors[0] > 0.3 and errors[1] < 0.05
 
 
+def by_images(truth: list[SE3], graph: PoseGraph, i: int) -> None:
+    """What images show of the way to keyframe `i`, from each of the three before it."""
+    for j in range(max(0, i - 3), i):
+        T_j_i = invert(truth[j] @ T_BASE_CAM) @ truth[i] @ T_BASE_CAM
+        graph.add_image_motion(j, i, T_j_i, EXACT)
+
+
 def test_images_outvote_a_gyroscope_that_is_wrong_once() -> None:
     truth = [planar(0.2 * i, 0.0, 0.0) for i in range(12)]
-    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    by_wheels(truth, graph, turn=0.0)
+    graph = by_wheels(truth, turn=0.0)
     for i in range(1, len(truth)):
         T_before_now = invert(truth[i - 1]) @ truth[i]
         T_by_gyro = T_before_now @ planar(0, 0, 0.09 if i == 6 else 0.0)
         graph.add_gyro_turn(i - 1, i, T_by_gyro, 0.001)
-        for j in range(max(0, i - 3), i):
-            T_j_i = invert(truth[j] @ T_BASE_CAM) @ truth[i] @ T_BASE_CAM
-            graph.add_image_motion(j, i, T_j_i, EXACT)
+        by_images(truth, graph, i)
     last = graph.update()[len(truth) - 1]
     assert rotation_angle(invert(truth[-1] @ T_BASE_CAM) @ last) < 0.01
 
@@ -92,8 +101,7 @@ def end_errors(images: str, wheels: str, gyro: str) -> tuple[float, float]:
     keyframe to keyframe.
     """
     rng = np.random.default_rng(4)
-    truth, graph = square(), PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    truth, graph = square(), begun()
     T_guess = np.eye(4)
     for i in range(1, len(truth)):
         failing = len(truth) // 4 < i < len(truth) // 2
@@ -104,9 +112,7 @@ def end_errors(images: str, wheels: str, gyro: str) -> tuple[float, float]:
         graph.add_keyframe(i, T_guess @ T_BASE_CAM)
         graph.add_floor(i, T_guess @ T_BASE_CAM)
         if not (failing and images == MISSING):
-            for j in range(max(0, i - 3), i):
-                T_j_i = invert(truth[j] @ T_BASE_CAM) @ truth[i] @ T_BASE_CAM
-                graph.add_image_motion(j, i, T_j_i, EXACT)
+            by_images(truth, graph, i)
         if not (failing and wheels == MISSING):
             graph.add_wheel_motion(i - 1, i, step)
         if not (failing and gyro == MISSING):
@@ -139,8 +145,7 @@ def test_where_images_show_nothing_wheels_tell_the_way_and_the_gyroscope_the_tur
 def around_the_square() -> tuple[PoseGraph, list[SE3]]:
     """Linked from keyframe to keyframe, with the true T_map_cam."""
     truth = square()
-    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    by_wheels(truth, graph, turn=0.0)
+    graph = by_wheels(truth, turn=0.0)
     true = [T_map_base @ T_BASE_CAM for T_map_base in truth]
     for i in range(1, len(truth)):
         graph.add_image_motion(i - 1, i, invert(true[i - 1]) @ true[i], EXACT)
@@ -169,8 +174,7 @@ def test_a_closure_that_the_graph_contradicts_is_opened_again(aside: float) -> N
 
 def spun_and_gone_on(spun: float, behind: int) -> PoseGraph:
     """Wheels that tell of a way on which the robot stood, and keyframes that images link to it."""
-    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    graph = begun()
     for i in range(1, behind + 2):
         T_map_cam = planar(spun + 0.25 * (i - 1), 0, 0) @ T_BASE_CAM
         graph.add_keyframe(i, T_map_cam)
@@ -216,8 +220,7 @@ def test_a_loop_that_proves_wrong_leaves_no_trace_though_wheels_gave_way_to_it()
 
 
 def test_factors_count_once_however_often_the_graph_is_solved() -> None:
-    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    by_wheels([planar(0.1 * i, 0, 0) for i in range(5)], graph, turn=0.02)
+    graph = by_wheels([planar(0.1 * i, 0, 0) for i in range(5)], turn=0.02)
     first = graph.update()
     for _ in range(5):
         again = graph.update()
@@ -229,8 +232,7 @@ def test_factors_count_once_however_often_the_graph_is_solved() -> None:
 
 
 def test_wheels_that_spun_give_way_to_images() -> None:
-    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    graph = begun()
     graph.add_keyframe(1, T_BASE_CAM)
     graph.add_wheel_motion(0, 1, planar(0.5, 0, 0))
     graph.add_image_motion(0, 1, np.eye(4), EXACT)
@@ -239,8 +241,7 @@ def test_wheels_that_spun_give_way_to_images() -> None:
 
 @pytest.mark.parametrize("yaw", [0.0, 2.5, -3.1])
 def test_the_floor_holds_height_and_tilt_and_leaves_place_and_heading(yaw: float) -> None:
-    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    graph = begun()
     lifted = planar(1.0, 2.0, yaw) @ camera_mount(0.05, 0.0, 0.03) @ invert(camera_mount(0, 0, 0))
     graph.add_keyframe(1, lifted @ T_BASE_CAM)
     T_cam_cam = invert(T_BASE_CAM) @ lifted @ T_BASE_CAM
@@ -256,8 +257,7 @@ def test_the_floor_holds_height_and_tilt_and_leaves_place_and_heading(yaw: float
 
 def test_the_covariance_of_images_is_of_the_camera_not_of_the_base() -> None:
     """Of two measurements of one motion, the one that is sure of an axis wins there."""
-    graph = PoseGraph(T_BASE_CAM, PoseGraphConfig())
-    graph.add_keyframe(0, T_BASE_CAM, fixed=True)
+    graph = begun()
     graph.add_keyframe(1, T_BASE_CAM)
     ahead, aside = np.eye(4), np.eye(4)
     ahead[2, 3], aside[0, 3] = 0.1, 0.1

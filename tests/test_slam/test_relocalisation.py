@@ -1,7 +1,5 @@
 """A robot that does not know where it is, in a textured box room, ray cast, with known truth."""
 
-from typing import TypeAlias
-
 import numpy as np
 import pytest
 
@@ -23,18 +21,11 @@ from tests.helpers.box_room import (
     lap,
     render,
 )
+from tests.test_slam.conftest import Lap
 from vizbot.core.geometry import invert, planar, rotation_angle
 from vizbot.core.types import SE3, OccupancyGrid, PoseEstimate, Tracking
 
 pytestmark = pytest.mark.slow
-
-Lap: TypeAlias = tuple[Slam, list[PoseEstimate], list[SE3]]
-
-
-@pytest.fixture(scope="module")
-def whole_lap() -> Lap:
-    Ts_map_base = lap(100)
-    return *follow(Ts_map_base, dead_reckoning(Ts_map_base)), Ts_map_base
 
 
 def obstacles(size: float = 1.0, *, closed: bool = False) -> OccupancyGrid:
@@ -70,6 +61,23 @@ def resumed(
     return again
 
 
+def tracked(
+    slam: Slam, path: list[SE3], Ts_odom_base: list[SE3] | list[None], walls: int = WALLS
+) -> list[PoseEstimate]:
+    """Estimates along a path, on another day."""
+    return [
+        slam.track(render(T, 100 + 0.2 * i, walls=walls), Ts_odom_base[i])
+        for i, T in enumerate(path)
+    ]
+
+
+def assert_at(estimate: PoseEstimate, T_first_base: SE3, metres: float, radians: float) -> None:
+    """Check where the robot is, as seen from where the first lap began."""
+    off = invert(T_first_base @ T_BASE_CAM) @ estimate.T_map_cam
+    assert np.linalg.norm(off[:3, 3]) < metres
+    assert rotation_angle(off) < radians
+
+
 @pytest.mark.sampled
 @pytest.mark.parametrize("start", [12, 50, 83])
 @pytest.mark.parametrize("wheels", [False, True])
@@ -80,17 +88,13 @@ def test_in_a_saved_map_a_camera_recognises_where_it_is(
     again, seen = resumed(slam), Ts_map_base[start : start + 12]
     aside = [T @ planar(0.05, 0.1, 0.1) for T in seen]
     Ts_odom_base = dead_reckoning(aside) if wheels else [None] * len(aside)
-    estimates = [
-        again.track(render(T, 100 + 0.2 * i), Ts_odom_base[i]) for i, T in enumerate(aside)
-    ]
+    estimates = tracked(again, aside, Ts_odom_base)
     states = [estimate.tracking for estimate in estimates]
     known = states.index(Tracking.RELOCALISED)
     assert known <= 1
     assert states[known + 1 :] == [Tracking.TRACKING] * (11 - known)
     for estimate, T_map_base in zip(estimates[known:], aside[known:], strict=True):
-        off = invert(invert(Ts_map_base[0]) @ T_map_base @ T_BASE_CAM) @ estimate.T_map_cam
-        assert np.linalg.norm(off[:3, 3]) < 0.05
-        assert rotation_angle(off) < 0.03
+        assert_at(estimate, invert(Ts_map_base[0]) @ T_map_base, 0.05, 0.03)
 
 
 def test_a_room_that_the_saved_map_does_not_hold_is_not_recognised(whole_lap: Lap) -> None:
@@ -155,13 +159,8 @@ def test_where_images_tell_nothing_obstacles_tell_where_the_robot_is(whole_lap: 
     again, before = resumed(slam, obstacles()), len(slam.keyframe_poses())
     start = Ts_map_base[20] @ planar(-0.2, 0.3, 1.0)
     turning = [start @ planar(0.0, 0.0, 0.1 * i) for i in range(63)]
-    on = [turning[-1] @ planar(0.04 * i, 0.0, 0.0) for i in range(1, 12)]
-    path = turning + on
-    Ts_odom_base = dead_reckoning(path, drift=0.0)
-    estimates = [
-        again.track(render(T, 100 + 0.2 * i, walls=ELSEWHERE), Ts_odom_base[i])
-        for i, T in enumerate(path)
-    ]
+    path = turning + [turning[-1] @ planar(0.04 * i, 0.0, 0.0) for i in range(1, 12)]
+    estimates = tracked(again, path, dead_reckoning(path, drift=0.0), ELSEWHERE)
     states = [estimate.tracking for estimate in estimates]
     known = states.index(Tracking.RELOCALISED)
     assert states[:known] == [Tracking.LOST] * known
@@ -169,42 +168,29 @@ def test_where_images_tell_nothing_obstacles_tell_where_the_robot_is(whole_lap: 
     assert estimates[known].is_keyframe
     assert len(again.keyframe_poses()) > before + 1, "the robot does not map on"
     for estimate, T_map_base in zip(estimates[known:], path[known:], strict=True):
-        off = invert(invert(Ts_map_base[0]) @ T_map_base @ T_BASE_CAM) @ estimate.T_map_cam
-        assert np.linalg.norm(off[:3, 3]) < 0.1
-        assert rotation_angle(off) < 0.06
+        assert_at(estimate, invert(Ts_map_base[0]) @ T_map_base, 0.1, 0.06)
 
 
 @pytest.mark.parametrize(("walls", "found"), [(WALLS, True), (ELSEWHERE, False)])
 def test_where_obstacles_are_the_same_from_two_sides_one_image_decides(
-    whole_lap: Lap,
-    walls: int,
-    found: bool,
+    whole_lap: Lap, walls: int, found: bool
 ) -> None:
     slam, _, Ts_map_base = whole_lap
     never_alone = RelocalisationConfig(single_frame_inliers=10_000, agreement=1e-9)
     again = resumed(slam, obstacles(closed=True), SlamConfig(relocalisation=never_alone))
     turning = [Ts_map_base[20] @ planar(0.0, 0.0, 0.1 * i) for i in range(63)]
-    Ts_odom_base = dead_reckoning(turning, drift=0.0)
-    estimates = [
-        again.track(render(T, 100 + 0.2 * i, walls=walls), Ts_odom_base[i])
-        for i, T in enumerate(turning)
-    ]
+    estimates = tracked(again, turning, dead_reckoning(turning, drift=0.0), walls)
     assert (Tracking.RELOCALISED in [estimate.tracking for estimate in estimates]) is found
     if found:
-        off = invert(invert(Ts_map_base[0]) @ turning[-1] @ T_BASE_CAM) @ estimates[-1].T_map_cam
-        assert np.linalg.norm(off[:3, 3]) < 0.05
+        assert_at(estimates[-1], invert(Ts_map_base[0]) @ turning[-1], 0.05, np.pi)
 
 
 def test_a_place_that_images_suggest_is_refused_when_obstacles_rule_it_out(whole_lap: Lap) -> None:
     slam, _, Ts_map_base = whole_lap
     seen = Ts_map_base[12:20]
-    Ts_odom_base = dead_reckoning(seen)
     for size, recognised in ((1.0, True), (1.5, False)):
-        again = resumed(slam, obstacles(size))
-        states = [
-            again.track(render(T, 100 + 0.2 * i), Ts_odom_base[i]).tracking
-            for i, T in enumerate(seen)
-        ]
+        estimates = tracked(resumed(slam, obstacles(size)), seen, dead_reckoning(seen))
+        states = [estimate.tracking for estimate in estimates]
         assert (Tracking.RELOCALISED in states) is recognised
 
 

@@ -73,11 +73,13 @@ def test_agreement_is_high_where_the_robot_is_and_low_beside_it() -> None:
     assert wrong < 0.3
 
 
+EMPTY = OccupancyGrid(np.full((64, 64), 0.5, np.float32), 0.05, np.array([-1.6, -1.6]))
+
+
 def test_without_obstacles_around_there_is_no_match() -> None:
     known = room(np.eye(4), WALLS, 6.0)
-    empty = OccupancyGrid(np.full((64, 64), 0.5, np.float32), 0.05, np.array([-1.6, -1.6]))
-    assert match_scan(empty, known, CONFIG) is None
-    assert agreement_at(np.eye(4), empty, known, CONFIG) is None
+    assert match_scan(EMPTY, known, CONFIG) is None
+    assert agreement_at(np.eye(4), EMPTY, known, CONFIG) is None
 
 
 def test_a_map_without_anything_agrees_with_nothing() -> None:

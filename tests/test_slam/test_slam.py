@@ -1,12 +1,12 @@
 """Pose estimation in a textured box room, ray cast, with known truth."""
 
-import json
-from typing import TypeAlias
+from collections.abc import Sequence
+from itertools import islice
 
-import cv2
 import numpy as np
 import pytest
 
+from drivers.tum_sequence import RecordedSequence
 from mapping.slam.config import SlamConfig
 from mapping.slam.slam import Slam
 from mapping.trajectory_error import absolute_trajectory_error
@@ -23,6 +23,7 @@ from tests.helpers.box_room import (
     with_gyro,
 )
 from tests.helpers.checkout import OFFICE_WALK
+from tests.test_slam.conftest import Lap
 from vizbot.core.geometry import (
     R_BASE_CAM,
     invert,
@@ -31,20 +32,9 @@ from vizbot.core.geometry import (
 )
 from vizbot.core.types import (
     SE3,
-    ImuSamples,
-    Intrinsics,
     PoseEstimate,
-    RGBDFrame,
     Tracking,
 )
-
-Lap: TypeAlias = tuple[Slam, list[PoseEstimate], list[SE3]]
-
-
-@pytest.fixture(scope="module")
-def whole_lap() -> Lap:
-    Ts_map_base = lap(100)
-    return *follow(Ts_map_base, dead_reckoning(Ts_map_base)), Ts_map_base
 
 
 def test_the_map_starts_where_the_base_started() -> None:
@@ -133,16 +123,32 @@ def test_without_wheels_darkness_is_lost_and_light_is_found_again() -> None:
     assert errors(estimates, Ts_map_base)[28:, 0].max() < 0.05
 
 
+def followed_with_gyro(
+    Ts_map_base: list[SE3],
+    Ts_odom_base: list[SE3],
+    reads: float = 1.0,
+    dark_from: int = 1000,
+    stuck: Sequence[int] = (),
+) -> list[PoseEstimate]:
+    """Estimates where the gyroscope reads so many times the turn, of nothing if that is 0.
+
+    While images are `stuck` they show what was seen as that began.
+    """
+    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
+    estimates = []
+    for i, turn in enumerate(turns(Ts_map_base)):
+        seen_from = Ts_map_base[stuck[0] if i in stuck else i]
+        frame = render(seen_from, 0.2 * i, dark=i >= dark_from)
+        frame = with_gyro(frame, reads * turn) if reads else frame
+        estimates.append(slam.track(frame, Ts_odom_base[i]))
+    return estimates
+
+
 @pytest.mark.parametrize("gyro", [False, True])
 def test_in_the_dark_the_gyroscope_keeps_the_heading_of_wheels_that_slip(gyro: bool) -> None:
     Ts_map_base = [np.eye(4)] * 8 + [planar(0, 0, 0.1 * i) for i in range(30)]
     Ts_odom_base = dead_reckoning(Ts_map_base, drift=0.1)
-    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
-    estimates = []
-    for i, turn in enumerate(turns(Ts_map_base)):
-        frame = render(Ts_map_base[i], 0.2 * i, dark=i >= 8)
-        frame = with_gyro(frame, turn) if gyro else frame
-        estimates.append(slam.track(frame, Ts_odom_base[i]))
+    estimates = followed_with_gyro(Ts_map_base, Ts_odom_base, 1.0 if gyro else 0.0, dark_from=8)
     assert estimates[-1].tracking is Tracking.WHEELS_ONLY
     wrong = errors(estimates, Ts_map_base)[-1, 1]
     assert wrong < 0.02 if gyro else wrong > 0.2
@@ -152,10 +158,7 @@ def test_in_the_dark_the_gyroscope_keeps_the_heading_of_wheels_that_slip(gyro: b
 def test_a_gyroscope_that_reads_too_much_is_known_for_it_when_it_gets_dark() -> None:
     Ts_map_base = [lap(100)[0]] * 8 + lap(100)[:60]
     Ts_odom_base = dead_reckoning(Ts_map_base)
-    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
-    for i, turn in enumerate(turns(Ts_map_base)):
-        frame = with_gyro(render(Ts_map_base[i], 0.2 * i, dark=i >= 40), 1.03 * turn)
-        estimate = slam.track(frame, Ts_odom_base[i])
+    *_, estimate = followed_with_gyro(Ts_map_base, Ts_odom_base, 1.03, dark_from=40)
     assert sum(turns(Ts_map_base)[40:]) > 1.5
     T_end = invert(Ts_map_base[-1]) @ estimate.T_map_cam @ invert(T_BASE_CAM)
     assert abs(yaw_of(T_end)) < 0.01 * sum(turns(Ts_map_base)[40:])
@@ -164,14 +167,7 @@ def test_a_gyroscope_that_reads_too_much_is_known_for_it_when_it_gets_dark() -> 
 @pytest.mark.slow
 def test_images_that_stand_still_do_not_stop_a_robot_that_turns() -> None:
     Ts_map_base = [lap(100)[0]] * 8 + lap(100)[:40]
-    stuck = range(20, 30)
-    Ts_odom_base = dead_reckoning(Ts_map_base)
-    slam = Slam(CAMERA, T_BASE_CAM, SlamConfig())
-    estimates = []
-    for i, turn in enumerate(turns(Ts_map_base)):
-        seen_from = Ts_map_base[stuck[0] if i in stuck else i]
-        frame = with_gyro(render(seen_from, 0.2 * i), turn)
-        estimates.append(slam.track(frame, Ts_odom_base[i]))
+    estimates = followed_with_gyro(Ts_map_base, dead_reckoning(Ts_map_base), stuck=range(20, 30))
     states = [estimate.tracking for estimate in estimates]
     assert states[21:30] == [Tracking.WHEELS_ONLY] * 9
     assert states[35:] == [Tracking.TRACKING] * (len(states) - 35)
@@ -190,23 +186,12 @@ def test_a_camera_without_wheels_that_starts_in_the_dark_starts_with_the_light()
 @pytest.mark.skipif(not OFFICE_WALK.exists(), reason=f"needs the recording {OFFICE_WALK}")
 @pytest.mark.parametrize("stride", [1, 2])
 def test_a_walk_through_an_office_is_followed_within_30_cm(stride: int) -> None:
-    camera = json.loads((OFFICE_WALK / "camera.json").read_text())
-    scale = camera["depth_scale"]
-    intrinsics = Intrinsics(*(camera[k] for k in ("width", "height", "fx", "fy", "cx", "cy")))
     T_base_cam = np.eye(4)
     T_base_cam[:3, :3] = R_BASE_CAM
-    slam = Slam(intrinsics, T_base_cam, SlamConfig())
-    estimates = []
-    for line in (OFFICE_WALK / "associations.txt").read_text().splitlines()[::stride]:
-        stamp, rgb, _, depth = line.split()
-        frame = RGBDFrame(
-            float(stamp),
-            cv2.cvtColor(cv2.imread(str(OFFICE_WALK / rgb)), cv2.COLOR_BGR2RGB),
-            (cv2.imread(str(OFFICE_WALK / depth), cv2.IMREAD_UNCHANGED) / scale).astype(np.float32),
-            intrinsics,
-            ImuSamples.none(),
-        )
-        estimates.append(slam.track(frame, None))
+    with RecordedSequence(OFFICE_WALK) as camera:
+        slam = Slam(camera.intrinsics, T_base_cam, SlamConfig())
+        frames = islice(iter(camera.read, None), 0, None, stride)
+        estimates = [slam.track(frame, None) for frame in frames]
     online = np.array([estimate.T_map_cam for estimate in estimates])
     stamps = np.array([estimate.stamp for estimate in estimates])
     assert all(estimate.tracking is Tracking.TRACKING for estimate in estimates)

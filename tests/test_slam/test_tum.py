@@ -28,22 +28,20 @@ def test_a_trajectory_survives_the_round_trip(
     assert np.allclose(Ts_map_cam_read, Ts_map_cam, atol=1e-5)
 
 
-def test_a_line_is_stamp_position_and_quaternion_with_w_last(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("position", "line"),
+    [
+        ((1, 2, 3), "0.500000 1.000000 2.000000 3.000000 0.000000 0.000000 0.000000 1.000000"),
+        ((-1e-9,) * 3, "0.500000 0.000000 0.000000 0.000000 0.000000 0.000000 0.000000 1.000000"),
+    ],
+    ids=["w last", "noughts without a sign"],
+)
+def test_a_line_is_stamp_position_and_quaternion(tmp_path: Path, position, line) -> None:
     T = np.eye(4)
-    T[:3, 3] = 1, 2, 3
+    T[:3, 3] = position
     path = tmp_path / "trajectory.tum"
     write_trajectory(path, np.array([0.5]), T[None])
-    assert path.read_text().splitlines()[-1] == (
-        "0.500000 1.000000 2.000000 3.000000 0.000000 0.000000 0.000000 1.000000"
-    )
-
-
-def test_noughts_have_no_sign(tmp_path: Path) -> None:
-    T = np.eye(4)
-    T[:3, 3] = -1e-9
-    path = tmp_path / "trajectory.tum"
-    write_trajectory(path, np.array([0.0]), T[None])
-    assert "-0.000000" not in path.read_text()
+    assert path.read_text().splitlines()[-1] == line
 
 
 @pytest.mark.parametrize(

@@ -33,8 +33,7 @@ COLOURS = {"sofa": (200, 30, 30), "bed": (30, 30, 200), "plant": (30, 180, 30)}
 @pytest.fixture(scope="module")
 def pool(tmp_path_factory):
     """A hundred patches: what is red is a sofa, what is blue a bed, what is green a plant."""
-    rng = np.random.default_rng(0)
-    names = rng.choice(list(COLOURS), 100)
+    names = np.random.default_rng(0).choice(list(COLOURS), 100)
     pixels = np.stack([np.full((96, 96, 3), COLOURS[name], np.uint8) for name in names])
     columns = np.array([FACT_INDEX[name] for name in COLOURS])
     shown = np.array([[1.0 if name == other else 0.0 for other in COLOURS] for name in names])
@@ -119,8 +118,7 @@ def test_augmented_images_stay_in_range_and_depend_on_the_seed_alone(pool):
 
 
 def test_what_is_told_of_colours_is_open_where_colours_were_changed(pool):
-    rng = np.random.default_rng(0)
-    pixels, changed = swap_channels(pool.pixels, 0.5, rng)
+    pixels, changed = swap_channels(pool.pixels, 0.5, np.random.default_rng(0))
     assert 30 < changed.sum() < 70
     differ = (pixels != pool.pixels).any(axis=(1, 2, 3))
     assert differ.any() and not differ[~changed].any()

@@ -70,20 +70,18 @@ def test_the_more_of_a_patch_a_thing_takes_up_the_more_clearly_it_is_shown():
     assert 0.0 < views[1] < views[2] < views[3] <= 1.0
 
 
-def test_what_is_tiny_counts_neither_way():
-    (patch,) = look(house(ahead("sofa", 9.0)), (0, 240, 262, 300, 360))
-    assert np.isnan(patch["sofa"])
-
-
-def test_a_sliver_of_a_thing_counts_neither_way():
-    (patch,) = look(house(ahead("wardrobe", 1.2)), (0, 0, 480, 540, 600))
-    assert np.isnan(patch["wardrobe"])
-
-
-def test_a_patch_within_a_thing_counts_neither_way():
-    near = np.array([[260, 180, 370, 290]], np.int32)
-    (patch,) = look(house(ahead("wardrobe", 2.0)), (0, 50, 450, 150, 500), boxes=near)
-    assert np.isnan(patch["wardrobe"])
+@pytest.mark.parametrize(
+    ("label", "distance", "painted", "boxes"),
+    [
+        ("sofa", 9.0, (0, 240, 262, 300, 360), WHOLE),
+        ("wardrobe", 1.2, (0, 0, 480, 540, 600), WHOLE),
+        ("wardrobe", 2.0, (0, 50, 450, 150, 500), np.array([[260, 180, 370, 290]], np.int32)),
+    ],
+    ids=["tiny", "a sliver", "a patch within a thing"],
+)
+def test_what_shows_too_little_of_a_thing_counts_neither_way(label, distance, painted, boxes):
+    (patch,) = look(house(ahead(label, distance)), painted, boxes=boxes)
+    assert np.isnan(patch[label])
 
 
 def test_wider_classes_are_shown_and_akin_ones_are_left_open():
@@ -169,20 +167,20 @@ def test_what_stands_on_something_is_neither_next_to_it_nor_above_it():
     assert ("computer#1", "above", "desk#1") not in found
 
 
-def test_a_picture_hangs_above_a_sofa():
-    found = relations(ahead("sofa"), ahead("picture", distance=3.3, elevation=1.4))
-    assert found["picture#1", "above", "sofa#1"]
-
-
-def test_a_coffee_table_stands_in_front_of_a_sofa_and_not_the_other_way_round():
-    found = relations(ahead("sofa"), ahead("coffee table", distance=2.0))
-    assert found["coffee table#1", "in front of", "sofa#1"]
-    assert not found.get(("sofa#1", "in front of", "coffee table#1"), False)
-
-
-def test_things_stand_on_a_carpet():
-    found = relations(ahead("carpet"), ahead("coffee table"))
-    assert found["coffee table#1", "on", "carpet#1"]
+@pytest.mark.parametrize(
+    ("base", "other", "what"),
+    [
+        ("sofa", ahead("picture", distance=3.3, elevation=1.4), "above"),
+        ("sofa", ahead("coffee table", distance=2.0), "in front of"),
+        ("carpet", ahead("coffee table"), "on"),
+    ],
+)
+def test_one_thing_is_above_in_front_of_or_on_another_and_not_the_other_way_round(
+    base, other, what
+):
+    found = relations(ahead(base), other)
+    assert found[other.name, what, f"{base}#1"]
+    assert not found.get((f"{base}#1", what, other.name), False)
 
 
 PATCHES = np.array([[80, 0, 560, 480], [200, 100, 424, 324], [264, 200, 376, 312]], np.int32)
@@ -225,8 +223,7 @@ def test_a_colour_that_some_part_has_is_open():
 
 
 def test_a_carpet_that_the_robot_stands_on_is_seen():
-    carpet = ahead("carpet", 0.5)
-    (patch,) = look(house(carpet), (0, 300, 480, 80, 560))
+    (patch,) = look(house(ahead("carpet", 0.5)), (0, 300, 480, 80, 560))
     assert patch["carpet"] > 0
 
 

@@ -1,8 +1,6 @@
 """Sentences, typed and spoken, to a robot that is running."""
 
-import io
 import threading
-import wave
 from dataclasses import replace
 
 import httpx
@@ -13,6 +11,7 @@ from tests.helpers.failing import raising
 from tests.helpers.roomba_rig import DEADLINE, wait_for
 from tests.helpers.served import arrived, jobs_done, refusal, served
 from tests.helpers.served import step as standing
+from tests.test_voice.test_sound import recording
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
@@ -70,11 +69,7 @@ def requests(session):
 
 
 def sound():
-    written = io.BytesIO()
-    with wave.open(written, "wb") as file:
-        file.setparams((1, 2, 16000, 0, "NONE", ""))
-        file.writeframes(np.zeros(8000, np.int16).tobytes())
-    return {"content": written.getvalue(), "headers": {"Content-Type": "audio/wav"}}
+    return {"content": recording(16000, 8000), "headers": {"Content-Type": "audio/wav"}}
 
 
 def test_a_bare_thing_is_a_goal_and_a_sentence_what_it_says(http, session):
@@ -84,22 +79,16 @@ def test_a_bare_thing_is_a_goal_and_a_sentence_what_it_says(http, session):
     assert requests(session) == ["yellow chair", "sofa", "kitchen", Task.COME_BACK, Task.DOCK]
 
 
-def test_what_is_told_at_once_comes_first(http, session):
-    say(http, "sofa")
-    assert session.queue.current().request == "sofa"
-    say(http, "bed", at_once=True)
-    assert session.queue.current().called_off
-
-
 @pytest.mark.parametrize(
-    ("text", "wanted"),
-    [("go to the bed right now", "bed"), ("instead, find the bed", "bed"), ("bed, now", "bed"),
-     ("come back at once", Task.COME_BACK), ("show me all the beds immediately", "beds")],
+    ("text", "others", "wanted"),
+    [("bed", {"at_once": True}, "bed"), ("go to the bed right now", {}, "bed"),
+     ("instead, find the bed", {}, "bed"), ("bed, now", {}, "bed"),
+     ("come back at once", {}, Task.COME_BACK), ("show me all the beds immediately", {}, "beds")],
 )  # fmt: skip
-def test_what_is_said_to_be_for_now_comes_first(http, session, text, wanted):
+def test_what_is_told_or_said_to_be_for_now_comes_first(http, session, text, others, wanted):
     say(http, "sofa")
     assert session.queue.current().request == "sofa"
-    say(http, text)
+    say(http, text, **others)
     assert session.queue.current().called_off
     assert requests(session) == ["sofa", wanted]
 
@@ -182,11 +171,32 @@ def test_what_is_no_sentence_is_refused(http, session, text):
     assert requests(session) == []
 
 
-def test_what_is_spoken_is_done(http, session, hears):
-    hears(Utterance("Go to the sofa.", GoTo(("sofa",))))
+@pytest.mark.parametrize(
+    ("heard", "told", "done"),
+    [
+        (
+            Utterance("Go to the sofa.", GoTo(("sofa",))),
+            {"heard": "Go to the sofa.", "said": ["asked for: go to sofa"], "question": None},
+            ["sofa"],
+        ),
+        (
+            Utterance("Find the mace.", GoTo(("mace",)), (ResolvedGoal("mace", "mace"),)),
+            {
+                "question": 'I can go to things and rooms. Search for "mace"?',
+                "meant": 'go to "mace"',
+            },
+            [],
+        ),
+    ],
+    ids=["known", "unknown"],
+)
+def test_what_is_spoken_is_done_and_asked_back_where_it_is_unknown(
+    http, session, hears, heard, told, done
+):
+    hears(heard)
     answer = http.post("/heard", **sound()).json()
-    assert (answer["heard"], answer["said"]) == ("Go to the sofa.", ["asked for: go to sofa"])
-    assert requests(session) == ["sofa"]
+    assert answer | told == answer
+    assert requests(session) == done
 
 
 def test_a_doubt_is_asked_back_and_yes_to_it_is_a_sentence(http, session, hears):
@@ -317,14 +327,6 @@ def test_a_spoken_yes_settles_it_too(http, session, hears):
     assert requests(session) == ["kitchen", "bed"]
 
 
-def test_what_is_spoken_and_unknown_is_asked_back(http, session, hears):
-    hears(Utterance("Find the mace.", GoTo(("mace",)), (ResolvedGoal("mace", "mace"),)))
-    answer = http.post("/heard", **sound()).json()
-    assert answer["question"] == 'I can go to things and rooms. Search for "mace"?'
-    assert answer["meant"] == 'go to "mace"'
-    assert requests(session) == []
-
-
 @pytest.fixture
 def refuted(session):
     """What the robot's loop refutes."""
@@ -381,13 +383,7 @@ def test_a_question_that_was_asked_back_is_answered_before_the_arrival(session, 
     ):
         assert answers.typed("kitchn", "ann").question == 'did you mean "kitchen"?'
         assert answers.typed(answer, "ann").said == (said,)
-    assert session.awaits_verdict and refuted == []
-
-
-def test_a_question_with_no_way_to_say_yes_is_answered_before_the_arrival(session, refuted):
-    arrived(session)
-    answers = dialogue_in("en", session)
-    answers._doubts["ann"] = dialogue._Doubt(None, False, np.inf)
+    answers._doubts["ann"] = dialogue._Doubt(None, False, np.inf)  # with no way to say yes
     assert answers.typed("no", "ann").said == ("then not: nothing was set off",)
     assert session.awaits_verdict and refuted == []
 

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from vizbot.operator.language.command import ComeBack, Stop
 from vizbot.operator.language.language import ENGLISH
@@ -40,10 +41,13 @@ def test_silence_says_nothing_and_is_not_kept():
     assert len(ear.utterances[0]) <= 4 * HALF
 
 
-def test_an_utterance_ends_with_a_pause():
-    ear = ScriptedEar("come back")
+@pytest.mark.parametrize(
+    ("so_far", "commands"), [("", [ComeBack()]), ("stop", [Stop(), ComeBack()])]
+)
+def test_an_utterance_ends_with_a_pause_and_may_begin_with_a_stop(so_far, commands):
+    ear = ScriptedEar("come back", so_far)
     heard = take_all(ear, SILENCE, SPEECH, SPEECH, SILENCE, SILENCE, SILENCE)
-    assert [each.command for each in heard] == [ComeBack()]
+    assert [each.command for each in heard] == commands
 
 
 def test_stop_is_told_once_and_before_the_utterance_ends():
@@ -54,15 +58,8 @@ def test_stop_is_told_once_and_before_the_utterance_ends():
     assert [listener.take(block) for block in (SPEECH, SILENCE, SILENCE)] == [None] * 3
 
 
-def test_a_command_after_a_stop_in_the_same_breath_is_told_too():
-    ear = ScriptedEar("come back", so_far="stop")
-    heard = take_all(ear, SPEECH, SPEECH, SILENCE, SILENCE)
-    assert [each.command for each in heard] == [Stop(), ComeBack()]
-
-
 def test_endless_talk_is_cut():
-    ear = ScriptedEar("what a day")
-    assert len(take_all(ear, *[SPEECH] * 65)) == 2
+    assert len(take_all(ScriptedEar("what a day"), *[SPEECH] * 65)) == 2
 
 
 def test_small_blocks_are_gathered():

@@ -58,16 +58,19 @@ def test_a_yellow_carrier_is_a_yellow_chair():
     assert "yellow chair" in (meaning.goal, meaning.candidate)
 
 
-def test_what_is_near_nothing_stays_as_it_is():
-    meaning = resolve_goal("grandfather clock", THINGS)
-    assert meaning.goal == "grandfather clock"
-    assert meaning.candidate is None
-
-
-def test_two_things_that_sound_alike_leave_a_doubt():
-    meaning = resolve_goal("red fog", ["red dog", "red log"])
-    assert meaning.goal == "red fog"
-    assert meaning.candidate is not None
+@pytest.mark.parametrize(
+    ("heard", "known", "doubt"),
+    [
+        ("grandfather clock", THINGS, False),
+        ("red fog", ["red dog", "red log"], True),
+        ("yellow carrier", [], False),
+    ],
+    ids=["near nothing", "near two things", "nothing is known"],
+)
+def test_what_is_near_no_one_thing_stays_as_it_is(heard, known, doubt):
+    meaning = resolve_goal(heard, known)
+    assert meaning.goal == heard
+    assert (meaning.candidate is not None) == doubt
 
 
 def test_what_the_map_finds_is_meant_before_what_it_does_not():
@@ -76,10 +79,6 @@ def test_what_the_map_finds_is_meant_before_what_it_does_not():
     assert resolve_goal("red fog", ["red dog", "red log"], ["red log"]).goal == "red log"
     assert resolve_goal("kitchin", THINGS, ["chair"]).goal == "kitchen"
     assert resolve_goal("kitchen", THINGS, ["kid's room"]).goal == "kitchen"
-
-
-def test_nothing_known_leaves_every_goal_alone():
-    assert resolve_goal("yellow carrier", []).goal == "yellow carrier"
 
 
 def test_the_goals_of_every_kind_of_command_are_resolved():
@@ -98,9 +97,35 @@ def test_a_doubt_is_settled_by_a_yes():
     assert confirmed(heard).question is None
 
 
-def test_a_worse_guess_about_something_known_is_taken():
-    hypotheses = [Hypothesis("Go turn the kitten.", -0.4), Hypothesis("Go to the kitchen.", -0.5)]
-    assert choose_utterance(hypotheses, [], THINGS).command == GoTo(("kitchen",))
+def heard(free, known=(), **others):
+    return choose_utterance(
+        [Hypothesis(*each) for each in free],
+        [Hypothesis(*each) for each in known],
+        THINGS,
+        **others,
+    )
+
+
+@pytest.mark.parametrize(
+    ("free", "known", "command"),
+    [
+        (
+            [("Go turn the kitten.", -0.4), ("Go to the kitchen.", -0.5)],
+            [],
+            GoTo(("kitchen",)),
+        ),
+        ([("Hind that jar.", -0.1)], [("Find the chair.", -1.5)], GoTo(("chair",))),
+        (
+            [("Find the photo album.", -0.1)],
+            [("Find the kitchen.", -2.5)],
+            GoTo(("photo album",)),
+        ),
+        ([("Stop the chair.", -0.1), ("Go to the chair.", -0.2)], [], Stop()),
+    ],
+    ids=["a worse guess that is known", "nearly as well", "heard clearly", "stop first"],
+)
+def test_what_is_known_is_taken_where_it_fits_nearly_as_well_but_for_stop(free, known, command):
+    assert heard(free, known).command == command
 
 
 def test_a_guess_that_does_not_fit_the_sound_is_not_taken():
@@ -111,43 +136,21 @@ def test_a_guess_that_does_not_fit_the_sound_is_not_taken():
     assert heard.text == "Nice weather."
 
 
-def test_a_sentence_that_fits_nearly_as_well_is_taken_for_what_was_misheard():
-    known = [Hypothesis("Find the chair.", -1.5)]
-    assert choose_utterance([Hypothesis("Hind that jar.", -0.1)], known, THINGS).command == GoTo(
-        ("chair",)
-    )
-
-
-def test_what_was_heard_clearly_is_not_bent_to_what_is_known():
-    known = [Hypothesis("Find the kitchen.", -2.5)]
-    heard = choose_utterance([Hypothesis("Find the photo album.", -0.1)], known, THINGS)
-    assert heard.command == GoTo(("photo album",))
-
-
 def test_haste_is_heard_although_what_is_known_says_nothing_of_it():
-    free = [Hypothesis("Hey robot, now hind that jar.", -0.1)]
-    known = [Hypothesis("Hey robot, find the chair.", -1.5)]
-    heard = choose_utterance(free, known, THINGS, "hey robot")
-    assert (heard.command, heard.at_once) == (GoTo(("chair",)), True)
-    assert confirmed(heard).at_once
-    assert not choose_utterance([Hypothesis("Find the chair.", -0.1)], [], THINGS).at_once
+    known = [("Hey robot, find the chair.", -1.5)]
+    chosen = heard([("Hey robot, now hind that jar.", -0.1)], known, wake="hey robot")
+    assert (chosen.command, chosen.at_once) == (GoTo(("chair",)), True)
+    assert confirmed(chosen).at_once
+    assert not heard([("Find the chair.", -0.1)]).at_once
 
 
 def test_a_stop_among_the_guesses_is_taken_unless_something_fits_well():
-    free = [Hypothesis("Hop the chair.", -0.4), Hypothesis("Stop.", -0.6)]
-    assert choose_utterance(free, [Hypothesis("Go to the chair.", -2.5)], THINGS).command == Stop()
-    assert choose_utterance(free, [Hypothesis("Go to the chair.", -0.5)], THINGS).command == GoTo(
-        ("chair",)
-    )
-
-
-def test_stop_is_taken_before_anything_known():
-    hypotheses = [Hypothesis("Stop the chair.", -0.1), Hypothesis("Go to the chair.", -0.2)]
-    assert choose_utterance(hypotheses, [], THINGS).command == Stop()
+    free = [("Hop the chair.", -0.4), ("Stop.", -0.6)]
+    assert heard(free, [("Go to the chair.", -2.5)]).command == Stop()
+    assert heard(free, [("Go to the chair.", -0.5)]).command == GoTo(("chair",))
 
 
 def test_with_a_wake_phrase_all_but_stop_must_begin_with_it():
-    known = THINGS
     for text, command in (
         ("Hey robot, come back.", ComeBack()),
         ("Hey, robots. Come back.", ComeBack()),
@@ -155,7 +158,7 @@ def test_with_a_wake_phrase_all_but_stop_must_begin_with_it():
         ("My robot is nice.", None),
         ("Oh, stop it.", Stop()),
     ):
-        assert choose_utterance([Hypothesis(text, -0.1)], [], known, "hey robot").command == command
+        assert heard([(text, -0.1)], wake="hey robot").command == command
 
 
 def test_what_follows_a_wake_phrase_is_given_back():
@@ -168,15 +171,6 @@ def test_likeness_is_between_nought_and_one_and_the_same_both_ways(a, b):
     assert 0.0 <= similarity(a, b) <= 1.0
     assert similarity(a, b) == pytest.approx(similarity(b, a))
     assert resolve_goal(a, [b]).goal in (a, b)
-
-
-def heard(free, known=(), **others):
-    return choose_utterance(
-        [Hypothesis(*each) for each in free],
-        [Hypothesis(*each) for each in known],
-        THINGS,
-        **others,
-    )
 
 
 def test_a_free_hypothesis_that_asks_for_more_wins_where_all_of_it_is_known():

@@ -29,13 +29,16 @@ def test_slots_read_any_words_numbers_and_units():
     assert not reads("go {number} {unit}", "go far m")
 
 
-def test_of_two_ways_to_say_it_that_of_more_words_is_read():
-    assert reads("(go|go to) {goal}", "go to the sofa")["goal"] == "the sofa"
-    assert reads("(go|go to) {goal}", "go home")["goal"] == "home"
-
-
-def test_parts_have_names():
-    assert reads("take <me> home", "take us home", me="me|us")
+@pytest.mark.parametrize(
+    ("pattern", "line", "goal"),
+    [
+        ("(go|go to) {goal}", "go to the sofa", "the sofa"),
+        ("(go|go to) {goal}", "go home", "home"),
+        ("take <me> to {goal}", "take us to bed", "bed"),
+    ],
+)
+def test_of_two_ways_to_say_it_that_of_more_words_is_read_and_parts_have_names(pattern, line, goal):
+    assert reads(pattern, line, me="me|us")["goal"] == goal
 
 
 def test_a_pattern_tells_what_it_begins_with_and_what_is_in_all_that_it_reads():

@@ -193,8 +193,7 @@ def test_the_second_set_is_spoken_by_other_voices_and_says_other_sentences():
     building, final = ([*ruled(*each), *missions(*each)] for each in (BUILDING, FINAL))
     assert len(building) >= 160 and len(final) >= 160
     assert not {each.voice for each in building} & {each.voice for each in final}
-    voices = {voice for voice, _ in VOICES}
-    assert not voices & {each.voice for each in final}
+    assert not {voice for voice, _ in VOICES} & {each.voice for each in final}
     same = {each.text for each in building} & {each.text for each in final}
     assert len(same) < len(final) / 4
 

@@ -161,33 +161,30 @@ def test_missing_packages_are_named_with_the_remedy(monkeypatch, whisper):
         Microphone()
 
 
-class ScriptedPortAudio:
+def port_audio(blocks):
     """As much of `sounddevice` as a microphone needs; `blocks` are recorded when it starts."""
 
-    PortAudioError = OSError
-
-    def __init__(self, blocks):
-        self.blocks = blocks
-
-    def InputStream(self, *, callback, **_):  # noqa: N802
+    def stream(*, callback, **_):
         def start():
-            if self.blocks is None:
+            if blocks is None:
                 raise OSError("Error querying device -1")
-            for block in self.blocks:
+            for block in blocks:
                 callback(block, len(block), None, None)
 
         return SimpleNamespace(start=start, close=lambda: None)
 
+    return SimpleNamespace(PortAudioError=OSError, InputStream=stream)
+
 
 def test_a_missing_microphone_is_one_line(monkeypatch):
-    monkeypatch.setitem(sys.modules, "sounddevice", ScriptedPortAudio(None))
+    monkeypatch.setitem(sys.modules, "sounddevice", port_audio(None))
     with pytest.raises(DeviceError, match=r"device -1.*plug one in"):
         Microphone()
 
 
 def test_the_microphone_gives_what_was_recorded_in_order(monkeypatch):
     blocks = [np.full((1600, 1), value, np.float32) for value in (0.1, 0.2, 0.3)]
-    monkeypatch.setitem(sys.modules, "sounddevice", ScriptedPortAudio(blocks))
+    monkeypatch.setitem(sys.modules, "sounddevice", port_audio(blocks))
     with Microphone() as microphone:
         assert microphone.read()[0] == np.float32(0.1)
         assert len(microphone.drain()) == 3200
@@ -198,7 +195,7 @@ def test_the_microphone_gives_what_was_recorded_in_order(monkeypatch):
 
 def test_a_microphone_that_nobody_reads_keeps_the_last_minute(monkeypatch):
     blocks = [np.full((1600, 1), place, np.float32) for place in range(700)]
-    monkeypatch.setitem(sys.modules, "sounddevice", ScriptedPortAudio(blocks))
+    monkeypatch.setitem(sys.modules, "sounddevice", port_audio(blocks))
     sound = Microphone().drain()
     assert len(sound) == 60 * RATE
     assert sound[-1] == 699

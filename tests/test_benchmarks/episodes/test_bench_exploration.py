@@ -16,6 +16,7 @@ from mapping.clip.likeliest_places import LikelyPlace
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Query
 from sim_stubs.scoring.success import GOALS
+from tests.helpers.failing import raising
 from vizbot.config import Config
 from vizbot.core.geometry import invert, transform
 from vizbot.objectnav.tasks import Task
@@ -48,11 +49,7 @@ def test_every_goal_is_asked_by_every_scale_set_and_scored_by_the_truth(tmp_path
     assert not any(answer.correct for answer in answers if not answer.exists)
     x, y = np.array([answer.position for answer in answers]).T
     assert ((x > 0) & (x < 4.1) & (y > -0.1) & (y < 3.1)).all()
-
-    def explored_again(*_):
-        raise AssertionError
-
-    monkeypatch.setattr(exploration, "explore", explored_again)
+    monkeypatch.setattr(exploration, "explore", raising(AssertionError))
     assert exploration.explore_and_ask(job) == (ended, answers)
 
 

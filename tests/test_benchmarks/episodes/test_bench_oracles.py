@@ -74,25 +74,17 @@ def occupancy(grid, T_map_world, x, y):
     return grid.occupancy[row, col]
 
 
-def test_the_true_map_is_the_truth_where_the_robot_has_looked_and_nothing_elsewhere(world):
-    T_map_world = invert(world.T_world_base)
-    grid = look(world, TrueMap(world, DepthMapperConfig()), world.T_base_cam)
+@pytest.mark.parametrize("T_true_believed", [np.eye(4), planar(0.3, -0.2, 0.1)])
+def test_the_true_map_is_the_truth_where_the_robot_believes_to_have_looked_and_nothing_elsewhere(
+    world, T_true_believed
+):
+    T_map_world = T_true_believed @ invert(world.T_world_base)
+    grid = look(world, TrueMap(world, DepthMapperConfig()), T_true_believed @ world.T_base_cam)
     sofa = world.instances[0]
     front = sofa.x - sofa.piece.size[1] / 2
     assert occupancy(grid, T_map_world, front + 0.02, 2.1) == 1.0
     assert occupancy(grid, T_map_world, front - 0.25, 2.1) == 0.0
     assert occupancy(grid, T_map_world, 0.2, 2.0) == 0.5
-
-
-def test_the_true_map_lies_where_the_robot_believes_to_be(world):
-    T_true_believed = planar(0.3, -0.2, 0.1)
-    T_map_base = T_true_believed
-    T_map_world = T_map_base @ invert(world.T_world_base)
-    grid = look(world, TrueMap(world, DepthMapperConfig()), T_map_base @ world.T_base_cam)
-    sofa = world.instances[0]
-    front = sofa.x - sofa.piece.size[1] / 2
-    assert occupancy(grid, T_map_world, front + 0.02, 2.1) == 1.0
-    assert occupancy(grid, T_map_world, front - 0.25, 2.1) == 0.0
 
 
 def test_the_true_encoder_tells_the_share_of_a_patch(world):

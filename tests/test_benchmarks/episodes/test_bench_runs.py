@@ -12,6 +12,7 @@ from sim_stubs.realsense import camera as realsense
 from sim_stubs.realsense.config import DepthNoiseConfig
 from sim_stubs.roomba.serial_line import BytesLostError
 from sim_stubs.scoring.success import Verdict
+from tests.helpers.failing import raising
 from tests.test_benchmarks.episodes.one_room import kitchen_with_far_sofa
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, DeviceError, VizbotError
@@ -123,10 +124,7 @@ def test_an_episode_is_the_same_twice_and_another_number_is_not():
 
 
 def test_an_error_costs_the_episode_and_is_told(monkeypatch):
-    def broken(*_):
-        raise DeviceError("the camera is gone")
-
-    monkeypatch.setattr(runs, "drive_to_all", broken)
+    monkeypatch.setattr(runs, "drive_to_all", raising(DeviceError("the camera is gone")))
     [goal] = runs.run_episode((variant(), Episode(1000, ("sofa",)))).goals
     assert not goal.success and not goal.claimed
     assert goal.reason == "did not stop by itself"
@@ -152,20 +150,26 @@ def test_bytes_that_the_machine_lost_are_no_failure_of_the_robot(monkeypatch, wh
     assert lost and replace(again, wall_seconds=0) == replace(undisturbed, wall_seconds=0)
 
 
-def test_a_machine_that_always_loses_bytes_has_no_results(monkeypatch):
-    def spoilt(*_):
-        raise BytesLostError("/dev/pts/2: bytes were lost on their way to the robot")
+LOST = BytesLostError("/dev/pts/2: bytes were lost on their way to the robot")
 
-    monkeypatch.setattr(runs, "drive_to_all", spoilt)
-    with pytest.raises(VizbotError, match="run it again, what is finished is kept"):
+
+@pytest.mark.parametrize(
+    ("where", "error", "said"),
+    [
+        ("drive_to_all", LOST, "run it again, what is finished is kept"),
+        ("open_episode", DeviceError("cannot render"), "cannot render"),
+    ],
+)
+def test_a_machine_that_always_loses_bytes_or_cannot_render_has_no_results(
+    monkeypatch, where, error, said
+):
+    monkeypatch.setattr(runs, where, raising(error))
+    with pytest.raises(VizbotError, match=said):
         runs.run_episode((variant(max_steps=2), Episode(1000, ("sofa",))))
 
 
 def test_a_scorer_that_breaks_costs_the_goal_alone(monkeypatch):
-    def broken(*_, **__):
-        raise IndexError("no such\ncell")
-
-    monkeypatch.setattr(runs, "judge", broken)
+    monkeypatch.setattr(runs, "judge", raising(IndexError("no such\ncell")))
     result = runs.run_episode((variant(max_steps=2), Episode(1000, ("sofa", "kitchen"))))
     [goal] = result.goals
     assert not result.success
@@ -174,25 +178,15 @@ def test_a_scorer_that_breaks_costs_the_goal_alone(monkeypatch):
 
 
 def test_a_home_that_cannot_be_built_costs_its_episode(monkeypatch):
-    def broken(*_):
-        raise ConfigError("home 1000 has no start for 'sofa'")
-
-    monkeypatch.setattr(runs, "open_episode", broken)
+    monkeypatch.setattr(
+        runs, "open_episode", raising(ConfigError("home 1000 has no start for 'sofa'"))
+    )
     result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
     assert not result.success and result.track == () and result.collisions == 0
     [goal] = result.goals
     assert goal.answer == "error: ConfigError: home 1000 has no start for 'sofa'"
     assert not goal.claimed and (goal.steps, goal.path_length, goal.simulated_seconds) == (0, 0, 0)
     assert goal.shortest_path is None and goal.distance is None
-
-
-def test_a_machine_that_cannot_render_has_no_results(monkeypatch):
-    def broken(*_):
-        raise DeviceError("cannot render")
-
-    monkeypatch.setattr(runs, "open_episode", broken)
-    with pytest.raises(DeviceError):
-        runs.run_episode((variant(), Episode(1000, ("sofa",))))
 
 
 @pytest.mark.parametrize(("oracle", "noise"), [("depth", DepthNoiseConfig.none()),

@@ -27,6 +27,7 @@ from benchmarks.harness.store import Store
 from mapping import map_bundle
 from sim_stubs.faults.catalogue import CATALOGUE
 from sim_stubs.faults.faulty_program import full_disk
+from tests.helpers.failing import raising
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
 
@@ -119,11 +120,8 @@ def test_a_killed_program_leaves_wheels_at_rest():
 
 
 def test_a_driver_that_crashes_is_seen(monkeypatch):
-    def crash(*_):
-        raise IndexError("no such wheel")
-
     monkeypatch.setattr(fault_run, "_APART", 0.0)
-    monkeypatch.setattr("drivers.roomba.oi_mode.why_passive", crash)
+    monkeypatch.setattr("drivers.roomba.oi_mode.why_passive", raising(IndexError("no such wheel")))
     became = run_drive(FaultDrive(("mode-passive",), 1))
     assert became.crash == "IndexError: no such wheel"
     assert not became.drove_on

@@ -15,11 +15,11 @@ from benchmarks.faults.scores import (
     run_series,
     score_series,
 )
-from benchmarks.faults.wall_clock import ReflexLatency
 from benchmarks.harness.scores import Rate
 from benchmarks.harness.store import Store
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
+from tests.test_benchmarks.faults.test_fault_drives import LATENCY, TIMING
 from tests.test_benchmarks.printed_table import cells
 from vizbot.config import Config
 from vizbot.core.observer import Outcome
@@ -100,8 +100,6 @@ def test_the_monitor_of_a_mission_knows_how_often_the_camera_gives_a_frame(monke
 
 
 EDGE = "the base stopped at an edge; put it elsewhere, or set resume_safe"
-LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
-TIMING = totals.WallClockTiming(LATENCY)
 
 
 @pytest.mark.parametrize(

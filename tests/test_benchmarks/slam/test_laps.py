@@ -154,8 +154,7 @@ def test_a_run_of_whole_hours_ends_with_the_last_of_them(monkeypatch):
         "_Log",
         lambda moment: SimpleNamespace(hour=lambda slam: "an hour", add=lambda *_: None),
     )
-    tracked = SimpleNamespace(T_map_cam=np.eye(4))
-    slam = SimpleNamespace(track=lambda *_: tracked)
+    slam = SimpleNamespace(track=lambda *_: SimpleNamespace(T_map_cam=np.eye(4)))
     monkeypatch.setattr(slam_hours, "Slam", lambda *_: slam)
     frames = (
         SimpleNamespace(
