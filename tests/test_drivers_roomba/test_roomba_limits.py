@@ -109,7 +109,7 @@ def test_the_limits_hold_for_what_the_wheels_do_whatever_the_calibration_says(
     )  # fmt: skip
     left, right = wheel_speeds(Twist(linear, angular), wheel_base)
     sent = np.array(within_limits(right, left, config)) / 1000
-    assert np.abs(sent).max() <= max_wheel_speed and np.abs(sent).max() <= 0.5
+    assert np.abs(sent).max() <= max_wheel_speed + 1e-9 and np.abs(sent).max() <= 0.5
     assert wheel_scale * np.abs(sent).max() <= max_wheel_speed + 1e-9
     turn = abs(sent[0] - sent[1]) / 0.235
     assert turn <= max_turn_rate + 1e-9 and wheel_scale * turn <= max_turn_rate + 1e-9
