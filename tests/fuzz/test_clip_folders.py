@@ -13,6 +13,8 @@ from tests.helpers.memory import peak_kib
 from tests.helpers.random_clip import save_tiny_clip
 from vizbot.core.errors import VizbotError
 
+pytestmark = pytest.mark.slow
+
 VALUES = (-1, 0, 1, 7, 2**31, 10**9, 1e308, float("nan"), 3.5, None, True, "x", [], {}, [1] * 3)
 SHORT, LONG = 60, 1000
 """Folders that are tried."""

@@ -4,6 +4,8 @@ import pytest
 
 from tests.fuzz.trial import count_harmless
 
+pytestmark = pytest.mark.slow
+
 TRIAL = "tests.fuzz.recording_trial"
 KINDS = "db3", "bag"
 SHORT, LONG, LONG_SEEDS = 8, 50, range(9)

@@ -18,6 +18,8 @@ from tests.helpers.checkout import ROOT
 from tests.helpers.memory import peak_kib
 from vizbot.core.errors import ConfigError, VizbotError
 
+pytestmark = pytest.mark.slow
+
 SHORT, LONG = 400, 5000
 """Recordings that are spoilt and read."""
 BUILT_SHORT, BUILT_LONG = 12, 600

@@ -11,6 +11,8 @@ from tests.fuzz.sounds import RECORDED, recorded_by
 from tests.helpers.memory import peak_kib
 from vizbot.operator.voice.sound import SoundError, read_sound
 
+pytestmark = pytest.mark.slow
+
 SHORT, LONG, LONG_SEEDS = 24, 100, range(9)
 """Recordings that are tried, the latter with each of the seeds."""
 _SECONDS, _MOST_KIB = 10.0, 200_000

@@ -4,6 +4,8 @@ import pytest
 
 from tests.fuzz.trial import count_harmless
 
+pytestmark = pytest.mark.slow
+
 TRIAL = "tests.fuzz.map_trial"
 FLIPS, LONG_FLIPS, LONG_SEEDS = 20, 1000, range(1, 5)
 """Maps with a few wrong bits among those that are tried, the latter with each of the seeds."""

@@ -151,6 +151,12 @@ class Rig:
         self.base.close()
         self.stub.close()
 
+    def unplug(self):
+        """Whoever gets the pseudo-terminal's number next is not this base."""
+        self.detach()
+        self.stub.close()
+        self.stub.path = "/dev/pulled-out"
+
     @contextmanager
     def silence(self):
         """The base sends nothing meanwhile."""

@@ -134,6 +134,7 @@ def test_the_office_walk_gives_no_warning(caplog):
     assert said(caplog, frames, None) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("world", ["3", "10"])
 def test_the_first_frames_of_a_simulated_home_give_no_warning(caplog, world):
     with Rig(Config(), "sim", "none", world) as rig:

@@ -43,6 +43,7 @@ def frames(recording):
         return read_all(camera)
 
 
+@pytest.mark.slow
 def test_a_recording_comes_back_frame_exact(frames):
     assert len(frames) == FRAMES
     for index, frame in enumerate(frames):
@@ -87,6 +88,7 @@ def test_a_frame_carries_the_imu_samples_since_the_one_before(frames):
             assert stamps[-1] <= frame.stamp
 
 
+@pytest.mark.slow
 def test_a_recording_plays_the_same_every_time(recording, frames):
     for _ in range(3):
         with RealSenseRecording(ANY, recording) as camera:
@@ -120,6 +122,7 @@ def test_a_recording_whose_imu_never_spoke_plays_and_its_stamps_may_start_at_zer
     np.testing.assert_allclose(stamps, start + np.arange(10) / 30, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_recording_can_be_closed_at_any_point(recording):
     for count in range(4):
         camera = RealSenseRecording(ANY, recording)

@@ -167,8 +167,7 @@ def test_a_base_left_driving_by_another_program_is_stopped(rig):
 
 def test_a_cable_that_is_pulled_out_is_waited_for_and_at_last_an_error_that_stays(rig):
     rig.drive(Twist(0.2, 0.0), 0.15)
-    rig.detach()
-    rig.stub.close()
+    rig.unplug()
     rig.clock.sleep(PERIOD)
     assert not rig.ports[0].is_open
     with pytest.raises(DeviceTimeoutError, match=r"the base is gone .* plug its cable in again"):
@@ -186,8 +185,7 @@ def test_another_base_that_is_plugged_in_instead_is_stopped_and_the_odometry_goe
     rig.settle()
     T_odom_base = rig.base.read().T_odom_base
     rig.floor.set_wheel_speeds(0.2, 0.2)  # the base runs on
-    rig.detach()
-    rig.stub.close()
+    rig.unplug()
     rig.drive(Twist(0.2, 0.0), 1.0)
     rig.stub = SimulatedRoomba(rig.floor, encoder_counts=(30000, -30000))
     rig.floor.set_wheel_speeds(0.2, 0.2)
@@ -212,8 +210,7 @@ def test_what_a_base_that_was_restarted_meanwhile_counts_is_no_motion(rig):
     rig.drive(Twist(0.2, 0.0), 1.0)
     rig.settle()
     T_odom_base = rig.base.read().T_odom_base
-    rig.detach()
-    rig.stub.close()
+    rig.unplug()
     rig.clock.sleep(1.0)
     rig.stub = SimulatedRoomba(rig.floor)
     rig.detach = rig.clock.attach(rig.stub)

@@ -293,6 +293,7 @@ def test_a_program_that_hangs_while_the_base_seeks_its_dock_has_it_stopped_in_sa
     assert seeking.floor.speeds != (0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_on_its_dock_a_base_charges_on_without_any_order(loose):
     rig = loose(DockRig)
     rig.base.dock()

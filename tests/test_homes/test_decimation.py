@@ -32,6 +32,7 @@ def test_a_model_below_the_limit_is_untouched() -> None:
     assert decimated([surface], 100)[0] is surface
 
 
+@pytest.mark.slow
 def test_a_flat_sheet_keeps_its_outline_in_few_triangles() -> None:
     (surface,) = decimated([sheet(grid(20))], 40)
     assert len(surface.corners) <= 40

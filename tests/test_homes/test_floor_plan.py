@@ -38,6 +38,7 @@ def rooms_beside(plan, opening):
     return [room for room in rectangles(plan) if max(hole.gap(room)) < 0.01]
 
 
+@pytest.mark.slow
 def test_a_home_has_five_to_nine_rooms_and_those_that_every_home_has(plans):
     counts = set()
     for plan in plans:
@@ -172,6 +173,7 @@ def test_stairs_lie_in_one_room_whose_floor_goes_on_before_them(plans):
             assert max(gap) > 0.05
 
 
+@pytest.mark.slow
 def test_hallways_come_straight_bent_and_branched():
     names = ["living room", "kitchen", "bathroom", "bedroom", "study", "kid's room", "bedroom"]
     shapes = Counter()
@@ -214,6 +216,7 @@ def test_a_seed_draws_the_same_plan_twice():
     assert first != other
 
 
+@pytest.mark.slow
 def test_benchmark_homes_share_no_surface_with_training_homes():
     looks = []
     for held_out in (False, True):

@@ -207,6 +207,7 @@ def test_names_that_mislead_are_no_instances() -> None:
     assert not any("stool" in name or "wheel" in name for name in names("chair"))
 
 
+@pytest.mark.slow
 @needs_package
 @pytest.mark.parametrize("label", ["bed", "carpet", "refrigerator", "toilet", "tv"])
 def test_real_models_are_light_and_of_the_catalogues_size(label: str, cache: Path) -> None:

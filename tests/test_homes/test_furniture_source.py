@@ -98,6 +98,7 @@ def test_a_single_model_is_held_out_and_shapes_train(catalogue):
     assert not any(p.attribution for p in drawn(furniture_source(entries, False), "piano", 8))
 
 
+@pytest.mark.slow
 def test_no_chair_is_yellow(catalogue):
     models = [(f"c{i}", "Chair", "yellow" if i % 2 else "grey", 0) for i in range(20)]
     for held_out in (False, True):

@@ -22,6 +22,7 @@ def homes():
     return {seed: home(seed) for seed in SEEDS}
 
 
+@pytest.mark.slow
 def test_a_home_has_its_rooms_and_their_furniture(homes):
     for house in homes.values():
         names = {room.name for room in house.rooms}
@@ -78,6 +79,7 @@ def _below(it, space):
     return space.inside(Room(it.name, it.footprint))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1001, 1101])
 def test_the_plan_that_comes_with_a_home_is_that_of_the_home(seed):
     house, space = home_and_space(seed)
@@ -100,6 +102,7 @@ def test_the_robot_gets_into_every_room(homes):
             assert free > 1.0, (seed, room.name)
 
 
+@pytest.mark.slow
 def test_every_goal_that_a_home_has_has_a_start(homes):
     for seed in (1, 1001):
         house = homes[seed]

@@ -11,9 +11,12 @@ import pytest
 from sim_stubs.homes.furniture.catalogue import read_catalogue
 from sim_stubs.homes.home import home
 
-pytestmark = pytest.mark.skipif(
-    platform.machine() != "x86_64", reason="other processors round meshes in another way"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        platform.machine() != "x86_64", reason="other processors round meshes in another way"
+    ),
+]
 
 EDITION = "93622178b703e13a"
 """Digest of the models of the catalogue's release 1.8."""

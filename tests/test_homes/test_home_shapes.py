@@ -112,6 +112,7 @@ def test_no_chair_of_our_own_is_yellow_either():
     assert "yellow" not in {colour for chair in chairs for colour in appearance(chair).colours}
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not read_catalogue(), reason="Debian's sweethome3d-furniture is not installed")
 def test_homes_from_1020_on_have_models_and_shapes_of_goals():
     sides = Counter()

@@ -41,6 +41,7 @@ def test_the_robot_gets_from_its_start_into_every_room_and_near_every_goal(offic
             assert np.linalg.norm(xy - (goal.x, goal.y), axis=1).min() < 1.0, goal.name
 
 
+@pytest.mark.slow
 def test_no_goal_is_in_sight_of_the_start(offices):
     for house in offices.values():
         with World(house, WorldConfig()) as world:

@@ -146,6 +146,7 @@ def test_a_robot_finds_itself_in_a_kept_map_and_maps_on(first_run, mean_colours,
     assert len(load(tmp_path / "home").elements.frames) == len(bundle.elements.frames)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", [{"statistics": None}, {"pictures": NO_PICTURES}])
 def test_what_a_map_lacks_of_its_background_is_computed_when_it_is_continued(
     first_run, mean_colours, lost

@@ -46,6 +46,7 @@ def test_a_request_is_read_however_it_comes(server, session, opened, parts):
     assert stopped_by(session) == ["stopped by ann"]
 
 
+@pytest.mark.slow
 def test_a_large_body_in_chunks_is_read(server, opened):
     client = client_of(server, opened)
     head = CHUNKED.replace(b"/stop", b"/doubt").replace(b"Host", JSON + b"Host")

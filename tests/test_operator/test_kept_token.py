@@ -178,6 +178,7 @@ def test_what_the_robot_is_given_is_of_no_use_after_its_end(challenges):
     assert len(challenges) == 2
 
 
+@pytest.mark.slow
 def test_a_robot_that_wants_no_token_is_sent_none(challenges, monkeypatch):
     with served() as server, RobotClient(server.url, None) as client:
         client.state()

@@ -32,6 +32,7 @@ def listed(http):
     return {each.pop("name"): each for each in http.get("/maps").json()["maps"]}
 
 
+@pytest.mark.slow
 def test_saved_maps_are_listed_with_the_time_and_whether_a_robot_is_in_them(http):
     http.put("/maps/office", json={}).raise_for_status()
     assert http.get("/maps").json()["names"] == ["office", "home"]

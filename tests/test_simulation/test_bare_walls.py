@@ -144,6 +144,7 @@ def test_what_is_not_drawn_into_a_mirror_would_not_have_been_seen(bared):
             assert (depth > blind.render(T_world_cam)[1] + 0.5).mean() > 0.02
 
 
+@pytest.mark.slow
 def test_pictures_are_gone_and_doors_are_white(plain, bared):
     gone = {it.name for it in plain.instances} - {it.name for it in bared.instances}
     assert gone == {it.name for it in plain.instances if it.label == "picture"} != set()

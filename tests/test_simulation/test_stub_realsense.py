@@ -65,6 +65,7 @@ def test_the_simulated_camera_is_recorded_at_its_full_rates(frames):
     assert frames[0].intrinsics == D435I_COLOUR
 
 
+@pytest.mark.slow
 def test_the_robot_rests_and_then_turns_where_it_stands(frames):
     rest = np.concatenate([frame.imu.gyro for frame in frames[:20]]).mean(axis=0)
     turning = np.concatenate([frame.imu.gyro for frame in frames[-6:]]).mean(axis=0) - rest

@@ -301,6 +301,7 @@ def test_another_word_is_no_slip_and_a_slip_still_sets_terms(line):
     assert not isinstance(parse_typed(line), MISSIONS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("code", languages())
 def test_no_name_holds_a_word_of_what_is_told(code):
     language = load_language(code)

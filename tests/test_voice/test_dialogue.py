@@ -93,6 +93,7 @@ def test_what_is_told_or_said_to_be_for_now_comes_first(http, session, text, oth
     assert requests(session) == ["sofa", wanted]
 
 
+@pytest.mark.slow
 def test_haste_outlives_a_doubt(http, session, hears):
     say(http, "bed")
     doubtful = ResolvedGoal("so far", "so far", "sofa")

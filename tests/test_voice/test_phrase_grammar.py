@@ -250,6 +250,7 @@ def test_the_model_that_comes_in_two_parts_is_put_together(tmp_path, monkeypatch
     assert (folder / "vocabulary.txt").read_text() == "vocabulary.txt"
 
 
+@pytest.mark.slow
 def test_every_command_can_be_searched_for_in_a_sound():
     drawn, rng = set(), random.Random(0)
     for _ in range(3000):

@@ -4,6 +4,8 @@ import pytest
 
 from tests.tools.sentences import FOLDER, LEAST, tried
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.tsv")), ids=lambda path: path.stem)
 def test_sentences_lead_to_what_they_ask_for(path):

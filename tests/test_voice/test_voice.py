@@ -43,6 +43,7 @@ def run(command_line):
     return partial(command_line, "voice")
 
 
+@pytest.mark.slow
 @speaking
 def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
     said = SpokenSample("go to the kitchen, then the sofa", "en-us", 150, None)
@@ -53,6 +54,7 @@ def test_a_spoken_command_is_printed_as_json(run, whisper, tmp_path):
     assert "No robot runs on this machine" in err
 
 
+@pytest.mark.slow
 @speaking
 def test_the_robot_of_this_machine_obeys(run, session, whisper, tmp_path, monkeypatch):
     with served(session) as server:
@@ -102,6 +104,7 @@ def test_intent_and_goals_are_understood(rate, kind, decibels, least):
     assert rate(kind, decibels) >= least
 
 
+@pytest.mark.slow
 @speaking
 def test_what_the_map_does_not_find_may_still_be_asked_for(recogniser, tmp_path):
     speech = speak(SpokenSample("find the lamp", "en-us", 150, None), tmp_path)
@@ -111,6 +114,7 @@ def test_what_the_map_does_not_find_may_still_be_asked_for(recogniser, tmp_path)
     assert heard.command == GoTo(("lamp",))
 
 
+@pytest.mark.slow
 @speaking
 def test_stop_is_heard_in_the_middle_of_speech(recogniser, tmp_path):
     said = SpokenSample("go to the kitchen, no, stop, stop", "en-us", 150, None)
