@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.helpers.served import step
-from vizbot.cli.standard_error import show_events, show_warnings
+from vizbot.cli.logs import show_events, show_warnings
 from vizbot.commands.progress import Progress
 from vizbot.commands.run_log import FILE_NAME, PACKAGES, GoalLog, RunLog
 from vizbot.core.clock import WallClock

@@ -198,7 +198,7 @@ def test_an_account_that_can_write_nowhere_at_all_is_told_in_a_line():
 @pytest.mark.slow
 def test_what_compiles_first_says_what_takes_its_first_minutes(tmp_path):
     program = (
-        "from vizbot.cli.standard_error import show_warnings; show_warnings()\n"
+        "from vizbot.cli.logs import show_warnings; show_warnings()\n"
         "import vizbot.core.program.kernels"
     )
     [line] = imported(program, NUMBA_CACHE_DIR=str(tmp_path)).stderr.splitlines()

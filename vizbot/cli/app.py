@@ -16,10 +16,11 @@ import typer
 from vizbot import __version__
 from vizbot.cli.config import config_app
 from vizbot.cli.flags import with_options
+from vizbot.cli.logs import show_events, show_warnings
 from vizbot.cli.map import map_app
 from vizbot.cli.remote import explore as explore_remotely
 from vizbot.cli.remote import goal, say, status, stop, teleop, voice
-from vizbot.cli.standard_error import lose_what_cannot_be_written, show_events, show_warnings
+from vizbot.cli.standard_error import lose_what_cannot_be_written
 from vizbot.commands.options import (
     CalibrateOptions,
     ClipOption,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import logging
 import os
 import select
 import socket
@@ -12,9 +11,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from stat import S_ISCHR, S_ISFIFO, S_ISSOCK
-
-from vizbot.core.program.log_records import NOTICE
-from vizbot.operator.printing import PrintableFormatter
 
 _STANDARD_INPUT, _STANDARD_OUTPUT, _STANDARD_ERROR = range(3)
 _PATIENCE = 0.1
@@ -97,21 +93,3 @@ def _writer(descriptor: int) -> Iterator[Callable[[memoryview], int]]:
     finally:
         if own != descriptor:
             os.close(own)
-
-
-def show_warnings() -> None:
-    """Show notices and warnings."""
-    shown = logging.StreamHandler()
-    shown.setLevel(NOTICE)  # a run's log file has more
-    shown.setFormatter(PrintableFormatter("%(levelname)s: %(message)s"))
-    logging.basicConfig(level=NOTICE, handlers=[shown])
-
-
-def show_events() -> None:
-    """Show the key events of our packages as well (`--verbose`)."""
-    from vizbot.commands.run_log import PACKAGES
-
-    for package in PACKAGES:
-        logging.getLogger(package).setLevel(logging.INFO)
-    for handler in logging.getLogger().handlers:
-        handler.setLevel(min(handler.level, logging.INFO))
