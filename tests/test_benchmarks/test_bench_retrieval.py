@@ -141,7 +141,7 @@ def test_answers_from_before_there_was_a_belief_have_no_figure_of_it():
 def test_thresholds_trade_answers_for_false_alarms(similarity, answered):
     answers = [ANSWER, replace(ABSENT, similarity=0.3), replace(ABSENT, similarity=similarity)]
     text = retrieval.retrieval_result(answers, (1, 0, -1)).text
-    assert cells(text, "110%")[:3] == answered
+    assert cells(text, "110% of the default")[:3] == answered
 
 
 def test_how_the_homes_were_explored_stands_below():
