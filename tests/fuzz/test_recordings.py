@@ -3,7 +3,6 @@
 import shutil
 import subprocess
 import sys
-import time
 
 import cv2
 import numpy as np
@@ -13,7 +12,7 @@ from drivers.tum_sequence import MAX_BYTES, RecordedSequence, image_size
 from mapping.tum import read_trajectory
 from tests.fuzz.spoilt_recordings import black_png
 from tests.fuzz.spoilt_sequences import spoil, write_sequence
-from tests.fuzz.trial import count_harmless
+from tests.fuzz.trial import count_harmless, outcomes_in_turn
 from tests.helpers.checkout import ROOT
 from tests.helpers.memory import peak_kib
 from vizbot.core.errors import ConfigError, VizbotError
@@ -43,44 +42,16 @@ def outcome(folder):
         return str(error)
 
 
-def attack(recording, tmp_path, count):
-    frames = refused = 0
-    for number in range(count):
-        folder = tmp_path / str(number)
-        shutil.copytree(recording, folder)
-        rng = np.random.default_rng((1, number))
-        spoil(folder, rng)
-        began = time.monotonic()
-        became = outcome(folder)
-        assert time.monotonic() - began < 10.0, number
-        frames += isinstance(became, int)
-        refused += isinstance(became, str)
-        assert not (isinstance(became, str) and "\n" in became), (number, became)
-        shutil.rmtree(folder)
-    assert frames and refused
+@pytest.mark.parametrize("count", [SHORT, pytest.param(LONG, marks=pytest.mark.long)])
+def test_a_spoilt_recording_gives_frames_or_one_line(recording, tmp_path, count):
+    rngs = (np.random.default_rng((1, number)) for number in range(count))
+    outcomes_in_turn(recording, tmp_path, spoil, outcome, rngs)
 
 
-def test_a_spoilt_recording_gives_frames_or_one_line(recording, tmp_path):
-    attack(recording, tmp_path, SHORT)
-
-
-@pytest.mark.long
-def test_a_spoilt_recording_gives_frames_or_one_line_at_length(recording, tmp_path):
-    attack(recording, tmp_path, LONG)
-
-
-def build(folder, seed, count):
+@pytest.mark.parametrize("count", [BUILT_SHORT, pytest.param(BUILT_LONG, marks=pytest.mark.long)])
+def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line(tmp_path, count):
     trial, timeout = "tests.fuzz.sequence_trial", 60 + 10 * count
-    assert count_harmless(trial, folder, seed, count, timeout=timeout).total() == count
-
-
-def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line(tmp_path):
-    build(tmp_path, seed=0, count=BUILT_SHORT)
-
-
-@pytest.mark.long
-def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line_at_length(tmp_path):
-    build(tmp_path, seed=0, count=BUILT_LONG)
+    assert count_harmless(trial, tmp_path, 0, count, timeout=timeout).total() == count
 
 
 def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(recording, tmp_path):

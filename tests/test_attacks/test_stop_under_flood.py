@@ -37,7 +37,9 @@ def stopping_under(kind, tries):
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def assert_stopped_soon(kind, tries):
+@pytest.mark.parametrize("tries", [20, pytest.param(200, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kind", KINDS)
+def test_stop_is_obeyed_at_once_under(kind, tries):
     measured = stopping_under(kind, tries)
     assert measured["opened"] >= len(ADDRESSES) * CONNECTIONS > MOST
     assert measured["unanswered"] == []
@@ -45,14 +47,3 @@ def assert_stopped_soon(kind, tries):
     late = [round(each, 3) for each in measured["times"] if each > SOON]
     late += [round(each, 3) for each in measured["typed"] if each > TYPED]
     assert late == []
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_stop_is_obeyed_at_once_under(kind):
-    assert_stopped_soon(kind, 20)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("kind", KINDS)
-def test_stop_is_obeyed_at_once_two_hundred_times_under(kind):
-    assert_stopped_soon(kind, 200)

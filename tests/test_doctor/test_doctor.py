@@ -140,10 +140,10 @@ def timed(monkeypatch, mean_colours):
     """
 
     def timed(took=lambda count, before: 0.0, **settings):
-        clock, asked, sizes = FakeClock(), [], []
+        clock, asked, sizes = SimulatedClock(period=0.001), [], []
 
         def embed_images(images):
-            clock.time += took(len(images), sizes)
+            clock.sleep(took(len(images), sizes))
             sizes.append(len(images))
             return mean_colours.embed_images(images)
 
@@ -234,15 +234,6 @@ def test_the_published_tower_is_timed_without_weights_and_as_large_as_it_is(monk
     monkeypatch.setattr(CLIPVisionModel, "forward", count)
     untrained_images("cpu", False)([np.zeros((40, 60, 3), np.uint8)])
     assert sizes == [(87_456_000, (1, 3, 224, 224))]
-
-
-class FakeClock:
-    """As much of a `Clock` as the check of the encoder uses."""
-
-    time = 0.0
-
-    def now(self):
-        return self.time
 
 
 def test_launch_refuses_what_is_bad_in_one_line():
