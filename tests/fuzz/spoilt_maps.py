@@ -104,8 +104,7 @@ _WRONG: dict[str, Callable] = {
 
 
 def _wrong_arrays() -> Iterator[Spoilt]:
-    arrays = _arrays_of(bundle_of(frames=9))
-    for name, array in arrays.items():
+    for name, array in _arrays_of(bundle_of(frames=9)).items():
         for what, wrong in _WRONG.items():
             if wrong(array) is not None:
                 allowed = Allowed.ANY if (name, what) in _VALID else Allowed.REFUSED

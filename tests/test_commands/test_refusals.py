@@ -142,8 +142,7 @@ def test_questions_to_a_saved_map_that_cannot_be_are_refused_with_nothing_heavy(
 def test_a_saved_map_answers_without_pytorch(run, tmp_path):
     encoder = EmbeddedTexts(read_files())
     bundle = bundle_of(model_id=encoder.model_id)
-    seen = ["sofa", *["wall"] * (len(bundle.elements.keyframes) - 1)]
-    rows = encoder.embed_texts(seen)
+    rows = encoder.embed_texts(["sofa", *["wall"] * (len(bundle.elements.keyframes) - 1)])
     elements = replace(bundle.elements, embeddings=rows)
     map_bundle.save(replace(bundle, elements=elements, pictures=rows), tmp_path / "home")
     code, answer, loaded = run("map", "query", "home", "sofa")

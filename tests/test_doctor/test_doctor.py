@@ -152,8 +152,7 @@ def timed(monkeypatch, mean_colours):
         monkeypatch.setattr(
             "vizbot.doctor.open_encoder", lambda *name: asked.append(name) or encoder
         )
-        config = Config.model_validate(settings)
-        clip, _ = doctor._encoder(config, clock, doctor._Trial(), False)
+        clip, _ = doctor._encoder(Config.model_validate(settings), clock, doctor._Trial(), False)
         return clip, asked, sizes
 
     return timed

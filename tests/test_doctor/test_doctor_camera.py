@@ -123,7 +123,6 @@ def test_what_depth_filters_cost_is_measured_and_told(diagnosed, cost, found):
 
 
 def test_cameras_that_are_plugged_in_are_listed():
-    device = SoftwareD435i(serial="0123")
-    [found] = cameras(device.plug_in())
+    [found] = cameras(SoftwareD435i(serial="0123").plug_in())
     assert isinstance(found, CameraIdentity)
     assert found.serial == "0123" and found.usb.startswith("3")
