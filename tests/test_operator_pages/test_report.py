@@ -12,11 +12,9 @@ from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome
 from vizbot.core.place_scores import PlaceScores
 from vizbot.core.types import ImuSamples, Intrinsics, OccupancyGrid, RGBDFrame, Tracking
 from vizbot.operator.figures.panels import TILE, panels
-from vizbot.operator.report.report import VIDEO, Report
+from vizbot.operator.report.report import VIDEO
 
 RED, GREEN = (205, 45, 40), (30, 150, 60)
-
-
 POINTS = np.array([[3.5, 2.5, 0.4], [1.5, 1.5, 0.4]])
 CANDIDATE = Candidate(np.array([3.5, 2.5, 0.4]), 0.4, 0, np.array([16, 8, 48, 40]))
 
@@ -64,8 +62,7 @@ def test_there_are_four_pictures_of_one_size(step):
 
 
 def test_the_obstacle_map_has_the_robot_in_red_and_path_and_goal_in_green(step):
-    track = np.array([[1.5, 2.0], [2.0, 2.0]])
-    picture = panels(step, track)["obstacle map"]
+    picture = panels(step, np.array([[1.5, 2.0], [2.0, 2.0]]))["obstacle map"]
     assert has_colour(picture, RED)
     assert has_colour(picture, GREEN)
     assert {60, 205, 255} <= set(np.unique(picture[..., 0]))
@@ -91,8 +88,7 @@ def test_the_page_is_one_file_that_plays_the_video_and_escapes_the_goal(step, re
     sources = re.findall(r'src="([^"]{0,20})', page)
     assert len(sources) == 6
     assert all(source.startswith("data:") for source in sources)
-    video = cv2.VideoCapture(str(tmp_path / "run.webm"))
-    readable, frame = video.read()
+    readable, frame = cv2.VideoCapture(str(tmp_path / "run.webm")).read()
     assert readable and frame.shape == (*VIDEO[::-1], 3)
 
 
@@ -104,9 +100,8 @@ def test_the_last_map_shows_the_path_to_what_was_found(step, page_of):
     assert green[0] > green[1] + 50
 
 
-def test_a_run_without_a_frame_has_a_page_too(tmp_path):
-    page = Report(tmp_path, None).finish({"steps": 0}).read_text()
-    assert "<video" not in page
+def test_a_run_without_a_frame_has_a_page_too(page_of):
+    assert "<video" not in page_of()
 
 
 @pytest.fixture
@@ -155,11 +150,8 @@ def test_the_patch_that_was_found_is_boxed_in_its_picture(step, page_of):
 
 def test_the_picture_of_the_latest_answer_is_its_best_place(step, report_of):
     report = report_of(step, replace(step, index=1, frame_number=3))
-    first, later, unseen = (
-        GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)),
-        GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)),
-        GoalReport("sofa", Outcome.ARRIVED, "", (replace(CANDIDATE, frame=99), CANDIDATE)),
-    )
+    first, later = (GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)) for _ in range(2))
+    unseen = replace(later, candidates=(replace(CANDIDATE, frame=99), CANDIDATE))
     assert report.picture_of(first) is None
     report.on_goal(first)
     assert report.picture_of(first)[:2] == b"\xff\xd8"
