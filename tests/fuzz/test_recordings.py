@@ -1,6 +1,5 @@
 """Spoilt recordings in TUM layout: frames or one line, never a crash, a hang or gigabytes."""
 
-import shutil
 import subprocess
 import sys
 
@@ -54,10 +53,9 @@ def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line(tmp_path, count):
     assert count_harmless(trial, tmp_path, 0, count, timeout=timeout).total() == count
 
 
-def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(recording, tmp_path):
-    folder = tmp_path / "bomb"
-    shutil.copytree(recording, folder)
-    (folder / "1.png").write_bytes(black_png(20_000, 20_000, 8, 3, 1))
+def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(tmp_path):
+    write_sequence(tmp_path)
+    (tmp_path / "1.png").write_bytes(black_png(20_000, 20_000, 8, 3, 1))
     program = (
         "import sys; from pathlib import Path\n"
         "from tests.fuzz.test_recordings import outcome\n"
@@ -66,7 +64,7 @@ def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(rec
         "print(peak_kib())\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", program, str(folder)], cwd=ROOT, capture_output=True, text=True,
+        [sys.executable, "-c", program, str(tmp_path)], cwd=ROOT, capture_output=True, text=True,
         timeout=60, check=True,
     )  # fmt: skip
     said, memory = done.stdout.splitlines()
@@ -74,14 +72,13 @@ def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(rec
     assert int(memory) < 700_000  # kB
 
 
-def test_a_list_that_is_too_large_is_refused_before_it_is_read(recording, tmp_path):
-    folder = tmp_path / "sparse"
-    shutil.copytree(recording, folder)
-    with (folder / "associations.txt").open("wb") as file:
+def test_a_list_that_is_too_large_is_refused_before_it_is_read(tmp_path):
+    write_sequence(tmp_path)
+    with (tmp_path / "associations.txt").open("wb") as file:
         file.truncate(40 * 10**9)
     before = peak_kib()
     with pytest.raises(ConfigError, match=r"list .*associations\.txt: 40000 MB are too many"):
-        RecordedSequence(folder)
+        RecordedSequence(tmp_path)
     assert peak_kib() - before < MAX_BYTES / 1000
 
 

@@ -13,6 +13,7 @@ from transformers import CLIPVisionModel
 from typer.testing import CliRunner
 
 from mapping.clip.encoder import untrained_images
+from tests.helpers.failing import raising
 from vizbot import doctor
 from vizbot.cli import app as cli
 from vizbot.commands.doctor import require_well
@@ -66,10 +67,7 @@ def test_what_hangs_does_not_keep_the_rest_from_being_told(tmp_path, monkeypatch
 
 
 def test_what_raises_does_not_either(tmp_path, monkeypatch):
-    def broken():
-        raise RuntimeError("xioctl failed,\n errno=5")
-        yield
-
+    broken = raising(RuntimeError("xioctl failed,\n errno=5"))
     monkeypatch.setattr("vizbot.doctor._time", broken)
     findings = examine(Config(serial_port="/dev/ttyNONE"), WallClock(), tmp_path)
     [clock] = [each for each in findings if each.subject == "clock"]

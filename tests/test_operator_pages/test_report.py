@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.helpers.served import step as standing
+from tests.helpers.watched_robot import first_step
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome
 from vizbot.core.place_scores import PlaceScores
-from vizbot.core.types import ImuSamples, Intrinsics, OccupancyGrid, RGBDFrame, Tracking
+from vizbot.core.types import Tracking
 from vizbot.operator.figures.panels import TILE, panels
 from vizbot.operator.report.report import VIDEO
 
@@ -22,20 +22,14 @@ CANDIDATE = Candidate(np.array([3.5, 2.5, 0.4]), 0.4, 0, np.array([16, 8, 48, 40
 @pytest.fixture
 def step():
     rng = np.random.default_rng(0)
-    camera = Intrinsics(64, 48, 60.0, 60.0, 31.5, 23.5)
+    plain = first_step()
     depth = rng.uniform(0.5, 4.0, (48, 64)).astype(np.float32)
     depth[:10] = 0.0
-    occupancy = np.full((80, 100), 0.5, np.float32)
-    occupancy[20:60, 20:80] = 0.1
-    occupancy[20, 20:80] = 0.9
+    plain.grid.occupancy[20, 20:80] = 0.9
     rgb = rng.integers(0, 255, (48, 64, 3), np.uint8)
-    plain = standing(0)
     return replace(
         plain,
-        frame=RGBDFrame(0.0, rgb, depth, camera, ImuSamples.none()),
-        estimate=replace(plain.estimate, is_keyframe=True),
-        T_map_base=planar(2.0, 2.0, 0.5),
-        grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
+        frame=replace(plain.frame, rgb=rgb, depth=depth),
         goal="yellow <chair>",
         activity="looking closer",
         path=np.array([[2.0, 2.0], [2.5, 2.0], [3.5, 2.5]]),
