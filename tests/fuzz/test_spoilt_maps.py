@@ -6,7 +6,6 @@ from tests.fuzz.trial import count_harmless
 
 pytestmark = pytest.mark.slow
 
-TRIAL = "tests.fuzz.map_trial"
 FLIPS, LONG_FLIPS, LONG_SEEDS = 20, 1000, range(1, 5)
 """Maps with a few wrong bits among those that are tried, the latter with each of the seeds."""
 
@@ -19,5 +18,5 @@ FLIPS, LONG_FLIPS, LONG_SEEDS = 20, 1000, range(1, 5)
     ],
 )
 def test_spoilt_maps_are_refused_in_one_line_or_are_valid(tmp_path, seed, flips, timeout):
-    became = count_harmless(TRIAL, tmp_path, seed, flips, timeout=timeout)
+    became = count_harmless("tests.fuzz.map_trial", tmp_path, seed, flips, timeout=timeout)
     assert became["refused"] > 450 and became["loaded"] > 10

@@ -47,14 +47,6 @@ def marked():
             os.kill(pid, 9)
 
 
-def gone_within(seconds, alive):
-    """What is still alive of marked processes after so long [s], by their command lines."""
-    end = time.monotonic() + seconds
-    while (left := alive()) and time.monotonic() < end:
-        time.sleep(0.05)
-    return list(left.values())
-
-
 def _with(mark):
     for process in Path("/proc").iterdir():
         if not process.name.isdigit():
@@ -117,7 +109,10 @@ def test_what_a_killed_program_has_started_ends_with_it(stub, tmp_path, argument
         time.sleep(later)
         program.kill()
         program.wait()
-        assert gone_within(SOON, alive) == []
+        end = time.monotonic() + SOON
+        while alive() and time.monotonic() < end:
+            time.sleep(0.05)
+        assert list(alive().values()) == []
 
 
 def test_a_run_that_is_killed_keeps_its_trajectory_and_commands_until_then(tmp_path):

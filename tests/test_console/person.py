@@ -18,6 +18,11 @@ def keep_map(page, name):
     page.keyboard.press("Enter")
 
 
+def tasks(robot):
+    """What the robot was asked for."""
+    return [task.request for task in robot.session.queue.tasks()]
+
+
 def middle_of(locator):
     """Column, row of the middle of an element on the page."""
     box = box_of(locator)

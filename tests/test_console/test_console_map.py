@@ -12,7 +12,7 @@ from tests.helpers.browsing import (
     understood,
     until,
 )
-from tests.test_console.person import ask, fingers_on, keep_map, middle_of, press
+from tests.test_console.person import ask, fingers_on, keep_map, middle_of, press, tasks
 from vizbot.core.observer import Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
 
@@ -20,10 +20,6 @@ CORNERS = (120, 240), (300, 150)
 """Column, row of two corners in the picture of the map."""
 SCROLLED = "document.getElementById('page').scrollTop"
 CORRIDOR = [[0.5, 0.5], [1.5, 0.5], [1.5, 3.0]]
-
-
-def tasks(robot):
-    return [task.request for task in robot.session.queue.tasks()]
 
 
 def spans(zone, corners, within):

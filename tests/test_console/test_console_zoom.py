@@ -5,7 +5,7 @@ import pytest
 
 from tests.helpers.boxes import ASKEW_MIDDLE, askew_room
 from tests.helpers.browsing import MapPicture, box_of, says, stand_in, touch_screen, until
-from tests.test_console.person import fingers_on, middle_of, press
+from tests.test_console.person import fingers_on, middle_of, press, tasks
 from vizbot.objectnav.tasks import Waypoint
 
 ANGLE = 0.4
@@ -32,9 +32,9 @@ def went(page, robot):
     """Where the robot is sent once there is a place to send it to."""
     says(page, "#map-said", "Chosen:")
     page.get_by_role("button", name="Go here").click()
-    until(page, lambda: robot.session.queue.tasks() != [])
-    (task,) = robot.session.queue.tasks()
-    return task.request.xy
+    until(page, lambda: tasks(robot) != [])
+    (place,) = tasks(robot)
+    return place.xy
 
 
 def width(page):
@@ -247,6 +247,4 @@ def test_a_robot_that_is_sent_to_a_place_by_keyboard_goes_there_on_an_enlarged_m
     page.locator("#map").focus()
     press(page, "+", "Shift+ArrowRight", "Enter")
     page.get_by_role("button", name="Go here").press("Enter")
-    until(
-        page, lambda: [one.request for one in robot.session.queue.tasks()] == [Waypoint(2.5, 2.0)]
-    )
+    until(page, lambda: tasks(robot) == [Waypoint(2.5, 2.0)])

@@ -204,8 +204,7 @@ def test_the_battery_is_plotted_where_it_is_known_and_has_changed(tmp_path):
 def test_keyframes_leave_a_coloured_cloud_that_moves_with_them(recorded):
     step = standing(0)
     step = replace(step, estimate=replace(step.estimate, is_keyframe=True))
-    moved = replace(standing(1), keyframe_poses={0: planar(0.5, 0.0, 0.0)})
-    path = recorded(step, moved)
+    path = recorded(step, replace(standing(1), keyframe_poses={0: planar(0.5, 0.0, 0.0)}))
     cloud = [row for row in rows(path, "map/cloud/0") if row.get("Points3D:positions")]
     assert len(cloud) == 1 and len(cloud[0]["Points3D:positions"]) == 4
     np.testing.assert_allclose(np.array(cloud[0]["Points3D:positions"])[:, 2], 1.0)
