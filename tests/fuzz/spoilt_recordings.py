@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import partial
+from operator import methodcaller
 from pathlib import Path
 
 from tests.fuzz.trial import Allowed, Spoilt
@@ -59,7 +60,8 @@ def harmful_databases() -> Iterator[Spoilt]:
         "one topic for all": "UPDATE messages SET topic_id = 28",
     }
     for name, script in scripts.items():
-        yield Spoilt(name, Allowed.ANY, partial(_change, change=partial(_execute, script)))
+        change = methodcaller("executescript", script)
+        yield Spoilt(name, Allowed.ANY, partial(_change, change=change))
     yield Spoilt(
         "an image of 30000 x 30000",
         Allowed.ANY,
@@ -129,10 +131,6 @@ _BYTES = {
 def _change(path: Path, change: Callable[[sqlite3.Connection], object]) -> None:
     with closing(sqlite3.connect(path)) as database, database:
         change(database)
-
-
-def _execute(script: str, database: sqlite3.Connection) -> None:
-    database.executescript(script)
 
 
 def _spoil_data(rng: random.Random, database: sqlite3.Connection, kind: str) -> None:

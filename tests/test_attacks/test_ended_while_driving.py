@@ -66,13 +66,6 @@ def keyboard(typed):
         os.close(terminal)
 
 
-def wait_for_turning(floor, program):
-    end = time.monotonic() + DEADLINE
-    while not any(floor.speeds):
-        assert program.poll() is None and time.monotonic() < end, "the wheels do not turn"
-        time.sleep(0.01)
-
-
 @pytest.mark.parametrize(
     ("command", "end", "stream"),
     [
@@ -99,7 +92,10 @@ def test_wheels_rest_after(command, end, stream, stub, floor, tmp_path):
         ) as running,
     ):  # fmt: skip
         try:
-            wait_for_turning(floor, running)
+            latest = time.monotonic() + DEADLINE
+            while not any(floor.speeds):
+                assert running.poll() is None and time.monotonic() < latest, "no wheel turns"
+                time.sleep(0.01)
             ended_at = time.monotonic()
             running.send_signal(end)
             wait_for(lambda: rested(floor, QUIET), pause=0.01)

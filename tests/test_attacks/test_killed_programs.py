@@ -86,13 +86,7 @@ def begun(arguments, folder):
         ([*filmed_room.LAUNCH, "--config", "robot.toml"], ["acceptor", "spawn_main"], 0.0),
         (["-c", POOL], ["spawn_main"], 3.0),  # when the job has begun
     ],
-    ids=[
-        "drawer of a home at once",
-        "drawer of a home",
-        "acceptor",
-        "parts of a launch",
-        "job",
-    ],
+    ids=["drawer of a home at once", "drawer of a home", "acceptor", "parts of a launch", "job"],
 )
 def test_what_a_killed_program_has_started_ends_with_it(stub, tmp_path, arguments, parts, later):
     """It is killed some time [s] after all have started, which are told by their command lines."""

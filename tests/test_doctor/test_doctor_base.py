@@ -89,8 +89,7 @@ def test_a_base_on_its_dock_is_not_reset():
         port.write = lambda command: (sent.append(command), write(command))[1]
         return port
 
-    dock = SimulatedDock(planar(0.15, 0.0, np.pi))
-    found = examined(wrap=listen, dock=dock, charge=0.5)
+    found = examined(wrap=listen, dock=SimulatedDock(planar(0.15, 0.0, np.pi)), charge=0.5)
     assert found.state.docked and found.firmware is None
     assert bytes([Opcode.RESET]) not in sent
 
