@@ -92,6 +92,7 @@ def under_stop(page):
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_lies_under_stop_and_all_fits_in_the_width(console, size, robot, snapshot, scheme):
+    # Things to show: one that is done, one that runs, two that wait.
     robot.session.ask(["sofa", "bed", "sink", "green plant"])
     robot.session.queue.current()
     robot.session.queue.finish(Outcome.ARRIVED, "92% sure", (2.5, 1.5, 0.4))
