@@ -81,8 +81,7 @@ def descriptions():
     }  # fmt: skip
     for key, value in device.items():
         yield "/device_0/info", "diagnostic_msgs/KeyValue", pair(key, value)
-    sensors = ("Stereo Module", "RGB Camera", "Motion Module")
-    for number, name in enumerate(sensors):
+    for number, name in enumerate(("Stereo Module", "RGB Camera", "Motion Module")):
         topic = f"/device_0/sensor_{number}/info"
         yield topic, "diagnostic_msgs/KeyValue", pair("Name", name)
     option = "/device_0/sensor_0/option/Depth_Units"
@@ -102,8 +101,7 @@ def descriptions():
         else:
             intrinsic = struct.pack("<18f", 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, *(0,) * 6)
             yield f"{stream}/imu_intrinsic", "realsense_msgs/ImuIntrinsic", intrinsic
-        pose = struct.pack("<7d", 0, 0, 0, 0, 0, 0, 1)
-        yield f"{stream}/tf/0", "geometry_msgs/Transform", pose
+        yield f"{stream}/tf/0", "geometry_msgs/Transform", struct.pack("<7d", *(0,) * 6, 1)
 
 
 def measurements(frames):

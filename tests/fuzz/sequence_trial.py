@@ -16,6 +16,7 @@ from mapping import map_bundle
 from tests.conftest import MeanColours
 from tests.fuzz.spoilt_sequences import make_strange, spoil, write_sequence
 from tests.fuzz.trial import Allowed, Spoilt, try_one
+from tests.helpers.failing import raising
 from vizbot.commands import map as map_commands
 from vizbot.commands.options import MapBuildOptions
 
@@ -23,12 +24,8 @@ from vizbot.commands.options import MapBuildOptions
 def build(folder, out):
     with contextlib.redirect_stdout(io.StringIO()) as said:
         map_commands.build(MapBuildOptions(folder, out, force=True, as_json=True))
-    json.loads(said.getvalue(), parse_constant=_refuse)
+    json.loads(said.getvalue(), parse_constant=raising(ValueError("NaN or an infinity is no JSON")))
     map_bundle.load(out)
-
-
-def _refuse(constant):
-    raise ValueError(f"{constant} is no JSON")
 
 
 def main(work, seed, count):

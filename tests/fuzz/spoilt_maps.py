@@ -104,7 +104,15 @@ _WRONG: dict[str, Callable] = {
 
 
 def _wrong_arrays() -> Iterator[Spoilt]:
-    arrays = _arrays_of(bundle_of(frames=9))
+    bundle = bundle_of(frames=9)
+    arrays = {
+        f"{group}.{column.name}": getattr(getattr(bundle, group), column.name)
+        for group in GROUPS
+        for column in fields(getattr(bundle, group))
+    }
+    arrays["grid.occupancy"] = bundle.grid.occupancy
+    arrays["elements.statistics"] = bundle.statistics
+    arrays["elements.pictures"] = bundle.pictures
     for name, array in arrays.items():
         for what, wrong in _WRONG.items():
             if wrong(array) is not None:
@@ -124,20 +132,6 @@ def _with_first(array, value, count):
     filled = array.copy()
     filled[:count] = value
     return filled
-
-
-def _arrays_of(bundle) -> dict[str, np.ndarray]:
-    parts = {
-        f"{group}.{column.name}": getattr(getattr(bundle, group), column.name)
-        for group in GROUPS
-        for column in fields(getattr(bundle, group))
-    }
-    others = {
-        "grid.occupancy": bundle.grid.occupancy,
-        "elements.statistics": bundle.statistics,
-        "elements.pictures": bundle.pictures,
-    }
-    return parts | others
 
 
 def replacing(name: str, wrong: Callable | None) -> Callable[[Path], object]:

@@ -8,6 +8,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from functools import partial
+from operator import methodcaller
 from pathlib import Path
 
 from tests.fuzz.trial import Allowed, Spoilt
@@ -17,6 +18,7 @@ _NUMBERS = (b"nan", b"inf", b"-1", b"0", b"1e999", b"9" * 400, b"", b"%n%s", b"1
 _TIMES = (-1, 0, 1, 2**62, -(2**63), 2**63 - 1)
 _WORDS = ("_0", "sensor", "image", "data", "1", "Depth", "Color", "Gyro", "/", "device", "info")
 _OTHERS = ("", "_9999999999", "x", "%n%s", "-1", "Confidence", "_1", "/", "é", "\x1b[2J")
+_REPLACE = "UPDATE messages SET data = ? WHERE id = ?"
 _TYPES = ("x", "", "std_msgs/msg/UInt32", "sensor_msgs/msg/Image", "std_msgs/msg/String")
 
 
@@ -58,7 +60,8 @@ def harmful_databases() -> Iterator[Spoilt]:
         "one topic for all": "UPDATE messages SET topic_id = 28",
     }
     for name, script in scripts.items():
-        yield Spoilt(name, Allowed.ANY, partial(_change, change=partial(_execute, script)))
+        change = methodcaller("executescript", script)
+        yield Spoilt(name, Allowed.ANY, partial(_change, change=change))
     yield Spoilt(
         "an image of 30000 x 30000",
         Allowed.ANY,
@@ -130,16 +133,11 @@ def _change(path: Path, change: Callable[[sqlite3.Connection], object]) -> None:
         change(database)
 
 
-def _execute(script: str, database: sqlite3.Connection) -> None:
-    database.executescript(script)
-
-
 def _spoil_data(rng: random.Random, database: sqlite3.Connection, kind: str) -> None:
     rows = database.execute("SELECT id, data FROM messages").fetchall()
     for identity, data in rng.sample(rows, rng.choice((1, 1, 3, 10))):
         spoilt = _BYTES[kind](rng, bytearray(data)) if len(data) > 4 else b""
-        row = bytes(spoilt), identity
-        database.execute("UPDATE messages SET data = ? WHERE id = ?", row)
+        database.execute(_REPLACE, (bytes(spoilt), identity))
 
 
 def _text_numbers(rng: random.Random, database: sqlite3.Connection) -> None:
@@ -150,8 +148,7 @@ def _text_numbers(rng: random.Random, database: sqlite3.Connection) -> None:
     place = rng.randrange(len(fields))
     fields[place] = fields[place].partition(b"=")[0] + b"=" + rng.choice(_NUMBERS)
     text = b";".join(fields) + b"\0"
-    row = data[:4] + struct.pack("<I", len(text)) + text, identity
-    database.execute("UPDATE messages SET data = ? WHERE id = ?", row)
+    database.execute(_REPLACE, (data[:4] + struct.pack("<I", len(text)) + text, identity))
 
 
 def _move(rng: random.Random, database: sqlite3.Connection) -> None:
@@ -208,6 +205,6 @@ def _bomb(image: bytes) -> Callable[[sqlite3.Connection], None]:
         for identity, data in rows:
             start = data.index(b"\x89PNG")
             message = data[: start - 4] + struct.pack("<I", len(image)) + image
-            database.execute("UPDATE messages SET data = ? WHERE id = ?", (message, identity))
+            database.execute(_REPLACE, (message, identity))
 
     return change

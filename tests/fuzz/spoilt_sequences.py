@@ -24,8 +24,7 @@ def write_sequence(folder, associated=True):
     kinds = {"rgb": [], "depth": []}
     truth = []
     for i in range(4):
-        view = wall[20:140, 20 + 8 * i : 180 + 8 * i]
-        cv2.imwrite(str(folder / f"{i}.png"), view)
+        cv2.imwrite(str(folder / f"{i}.png"), wall[20:140, 20 + 8 * i : 180 + 8 * i])
         cv2.imwrite(str(folder / f"{i}d.png"), np.full((120, 160), 1500, np.uint16))
         kinds["rgb"].append(f"{i / 5} {i}.png")
         kinds["depth"].append(f"{i / 5} {i}d.png")

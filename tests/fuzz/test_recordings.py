@@ -1,9 +1,7 @@
 """Spoilt recordings in TUM layout: frames or one line, never a crash, a hang or gigabytes."""
 
-import shutil
 import subprocess
 import sys
-import time
 
 import cv2
 import numpy as np
@@ -13,7 +11,7 @@ from drivers.tum_sequence import MAX_BYTES, RecordedSequence, image_size
 from mapping.tum import read_trajectory
 from tests.fuzz.spoilt_recordings import black_png
 from tests.fuzz.spoilt_sequences import spoil, write_sequence
-from tests.fuzz.trial import count_harmless
+from tests.fuzz.trial import count_harmless, outcomes_in_turn
 from tests.helpers.checkout import ROOT
 from tests.helpers.memory import peak_kib
 from vizbot.core.errors import ConfigError, VizbotError
@@ -43,50 +41,21 @@ def outcome(folder):
         return str(error)
 
 
-def attack(recording, tmp_path, count):
-    frames = refused = 0
-    for number in range(count):
-        folder = tmp_path / str(number)
-        shutil.copytree(recording, folder)
-        rng = np.random.default_rng((1, number))
-        spoil(folder, rng)
-        began = time.monotonic()
-        became = outcome(folder)
-        assert time.monotonic() - began < 10.0, number
-        frames += isinstance(became, int)
-        refused += isinstance(became, str)
-        assert not (isinstance(became, str) and "\n" in became), (number, became)
-        shutil.rmtree(folder)
-    assert frames and refused
+@pytest.mark.parametrize("count", [SHORT, pytest.param(LONG, marks=pytest.mark.long)])
+def test_a_spoilt_recording_gives_frames_or_one_line(recording, tmp_path, count):
+    rngs = (np.random.default_rng((1, number)) for number in range(count))
+    outcomes_in_turn(recording, tmp_path, spoil, outcome, rngs)
 
 
-def test_a_spoilt_recording_gives_frames_or_one_line(recording, tmp_path):
-    attack(recording, tmp_path, SHORT)
-
-
-@pytest.mark.long
-def test_a_spoilt_recording_gives_frames_or_one_line_at_length(recording, tmp_path):
-    attack(recording, tmp_path, LONG)
-
-
-def build(folder, seed, count):
+@pytest.mark.parametrize("count", [BUILT_SHORT, pytest.param(BUILT_LONG, marks=pytest.mark.long)])
+def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line(tmp_path, count):
     trial, timeout = "tests.fuzz.sequence_trial", 60 + 10 * count
-    assert count_harmless(trial, folder, seed, count, timeout=timeout).total() == count
+    assert count_harmless(trial, tmp_path, 0, count, timeout=timeout).total() == count
 
 
-def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line(tmp_path):
-    build(tmp_path, seed=0, count=BUILT_SHORT)
-
-
-@pytest.mark.long
-def test_a_spoilt_recording_gives_a_map_that_loads_or_one_line_at_length(tmp_path):
-    build(tmp_path, seed=0, count=BUILT_LONG)
-
-
-def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(recording, tmp_path):
-    folder = tmp_path / "bomb"
-    shutil.copytree(recording, folder)
-    (folder / "1.png").write_bytes(black_png(20_000, 20_000, 8, 3, 1))
+def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(tmp_path):
+    write_sequence(tmp_path)
+    (tmp_path / "1.png").write_bytes(black_png(20_000, 20_000, 8, 3, 1))
     program = (
         "import sys; from pathlib import Path\n"
         "from tests.fuzz.test_recordings import outcome\n"
@@ -95,7 +64,7 @@ def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(rec
         "print(peak_kib())\n"
     )
     done = subprocess.run(
-        [sys.executable, "-c", program, str(folder)], cwd=ROOT, capture_output=True, text=True,
+        [sys.executable, "-c", program, str(tmp_path)], cwd=ROOT, capture_output=True, text=True,
         timeout=60, check=True,
     )  # fmt: skip
     said, memory = done.stdout.splitlines()
@@ -103,14 +72,13 @@ def test_an_image_that_would_fill_the_memory_is_refused_before_it_is_decoded(rec
     assert int(memory) < 700_000  # kB
 
 
-def test_a_list_that_is_too_large_is_refused_before_it_is_read(recording, tmp_path):
-    folder = tmp_path / "sparse"
-    shutil.copytree(recording, folder)
-    with (folder / "associations.txt").open("wb") as file:
+def test_a_list_that_is_too_large_is_refused_before_it_is_read(tmp_path):
+    write_sequence(tmp_path)
+    with (tmp_path / "associations.txt").open("wb") as file:
         file.truncate(40 * 10**9)
     before = peak_kib()
     with pytest.raises(ConfigError, match=r"list .*associations\.txt: 40000 MB are too many"):
-        RecordedSequence(folder)
+        RecordedSequence(tmp_path)
     assert peak_kib() - before < MAX_BYTES / 1000
 
 

@@ -39,7 +39,11 @@ def spoilt(whole, rng):
     return bytes(content)
 
 
-def attack(count, seed):
+@pytest.mark.parametrize(
+    ("count", "seed"),
+    [(SHORT, 0), *(pytest.param(LONG, seed, marks=pytest.mark.long) for seed in LONG_SEEDS)],
+)
+def test_a_spoilt_recording_of_speech_gives_sound_or_one_line(count, seed):
     whole = {who: recorded_by(who, seconds=1.0) for who in RECORDED}
     became, before = Counter(), peak_kib()
     for number in range(count):
@@ -56,13 +60,3 @@ def attack(count, seed):
         assert time.monotonic() - began < _SECONDS, number
     assert became["heard"] and became["refused"]
     assert peak_kib() - before < _MOST_KIB
-
-
-def test_a_spoilt_recording_of_speech_gives_sound_or_one_line():
-    attack(SHORT, seed=0)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("seed", LONG_SEEDS)
-def test_many_more_spoilt_recordings_of_speech_likewise(seed):
-    attack(LONG, seed)

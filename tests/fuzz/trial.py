@@ -7,6 +7,7 @@ import contextlib
 import io
 import json
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -79,6 +80,23 @@ def try_one(spoilt, use, refusal=VizbotError):
 def _report(record):
     sys.stdout.write(json.dumps(record) + "\n")
     sys.stdout.flush()
+
+
+def outcomes_in_turn(good, work, spoil, outcome, rngs):
+    """What becomes of copies of a folder, each spoilt by a draw: a line of text is a refusal."""
+    became = []
+    for number, rng in enumerate(rngs):
+        folder = work / str(number)
+        shutil.copytree(good, folder)
+        spoil(folder, rng)
+        began = time.monotonic()
+        became.append(outcome(folder))
+        assert time.monotonic() - began < SECONDS, number
+        assert "\n" not in str(became[-1]), (number, became[-1])
+        shutil.rmtree(folder)
+    lines = [each for each in became if isinstance(each, str)]
+    assert 0 < len(lines) < len(became)  # both happen, so both are tried
+    return became
 
 
 def count_harmless(module, *arguments, timeout):

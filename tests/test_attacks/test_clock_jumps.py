@@ -58,10 +58,6 @@ def assert_rests_after(act, floor):
     assert floor.rest_since - began < SOON
 
 
-def feel(floor, contacts):
-    floor.contacts = contacts
-
-
 def test_a_robot_whose_clocks_jump_by_hours_stops_in_time_and_keeps_its_map(
     launched, floor, tmp_path
 ):
@@ -80,7 +76,7 @@ def test_a_robot_whose_clocks_jump_by_hours_stops_in_time_and_keeps_its_map(
         wait_for(lambda: any(floor.speeds), pause=0.01)
         assert_rests_after(lambda: robot.stop("ann"), floor)
         search()
-        assert_rests_after(lambda: feel(floor, LIFTED), floor)
+        assert_rests_after(lambda: setattr(floor, "contacts", LIFTED), floor)
         assert robot.state()["goals"][-1]["outcome"] == "gave_up"
     launched.send_signal(signal.SIGTERM)
     launched.communicate(timeout=DEADLINE)

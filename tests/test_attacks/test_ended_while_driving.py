@@ -66,8 +66,19 @@ def keyboard(typed):
         os.close(terminal)
 
 
-def assert_rests(command, end, stream, stub, floor, folder):
-    (folder / "robot.toml").write_text(filmed_room.settings(stub.path) + PATIENT)
+@pytest.mark.parametrize(
+    ("command", "end", "stream"),
+    [
+        pytest.param(
+            *case,
+            id=f"{case[0]}, {case[1].name}, output to {case[2]}",
+            marks=() if case in QUICK else pytest.mark.long,
+        )
+        for case in CASES
+    ],
+)
+def test_wheels_rest_after(command, end, stream, stub, floor, tmp_path):
+    (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path) + PATIENT)
     program = [sys.executable, *COMMANDS[command], "--config", "robot.toml"]
     typed = {"teleop": UP, "launch": b"red lamp\n"}.get(command, b"")
     with (
@@ -76,12 +87,15 @@ def assert_rests(command, end, stream, stub, floor, folder):
         broken_stream(stream, 2, program) as (err, program),
         subprocess.Popen(
             program,
-            stdin=terminal, stdout=out, stderr=err, cwd=folder,
+            stdin=terminal, stdout=out, stderr=err, cwd=tmp_path,
             env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
         ) as running,
     ):  # fmt: skip
         try:
-            wait_for_turning(floor, running)
+            latest = time.monotonic() + DEADLINE
+            while not any(floor.speeds):
+                assert running.poll() is None and time.monotonic() < latest, "no wheel turns"
+                time.sleep(0.01)
             ended_at = time.monotonic()
             running.send_signal(end)
             wait_for(lambda: rested(floor, QUIET), pause=0.01)
@@ -96,29 +110,6 @@ def assert_rests(command, end, stream, stub, floor, folder):
         assert code == -end
     elif command == "launch":
         assert code == (0 if stream == "nothing" else 1)  # where its report is has to be printed
-        assert (folder / "run/map").is_dir()
+        assert (tmp_path / "run/map").is_dir()
     else:
         assert code == (0 if command == "teleop" else 130)  # of which an interrupt is the end
-
-
-def wait_for_turning(floor, program):
-    end = time.monotonic() + DEADLINE
-    while not any(floor.speeds):
-        assert program.poll() is None and time.monotonic() < end, "the wheels do not turn"
-        time.sleep(0.01)
-
-
-def name(case):
-    command, end, stream = case
-    return f"{command}, {end.name}, output to {stream}"
-
-
-@pytest.mark.parametrize("case", QUICK, ids=name)
-def test_wheels_rest_after(case, stub, floor, tmp_path):
-    assert_rests(*case, stub, floor, tmp_path)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("case", [case for case in CASES if case not in QUICK], ids=name)
-def test_wheels_rest_in_all_cases_after(case, stub, floor, tmp_path):
-    assert_rests(*case, stub, floor, tmp_path)

@@ -38,21 +38,13 @@ def marked():
     mark = uuid.uuid4().hex
 
     def alive():
-        return {pid: command for pid, command in _with(f"{_MARK}={mark}".encode())}
+        return dict(_with(f"{_MARK}={mark}".encode()))
 
     try:
         yield os.environ | {_MARK: mark, "PYTHONPATH": str(Path.cwd())}, alive
     finally:
         for pid in alive():
             os.kill(pid, 9)
-
-
-def gone_within(seconds, alive):
-    """What is still alive of marked processes after so long [s], by their command lines."""
-    end = time.monotonic() + seconds
-    while (left := alive()) and time.monotonic() < end:
-        time.sleep(0.05)
-    return list(left.values())
 
 
 def _with(mark):
@@ -85,45 +77,36 @@ def begun(arguments, folder):
             program.kill()
 
 
-def assert_ends(arguments, folder, parts, later=0.0):
-    """Kill a program some time [s] after it has started others; all of them end with it.
-
-    Args:
-        parts: Of the command lines of what it starts.
-    """
+@pytest.mark.parametrize(
+    ("arguments", "parts", "later"),
+    [
+        pytest.param([*DRY_RUN, "--world", "1100"], ["plan_process"], 0.0, marks=pytest.mark.long),
+        ([*DRY_RUN, "--world", "1100"], ["plan_process"], 1.0),
+        ([*DRY_RUN, "--serve", "--port", "0", "--world", "room.xml"], ["acceptor"], 0.0),
+        ([*filmed_room.LAUNCH, "--config", "robot.toml"], ["acceptor", "spawn_main"], 0.0),
+        (["-c", POOL], ["spawn_main"], 3.0),  # when the job has begun
+    ],
+    ids=["drawer of a home at once", "drawer of a home", "acceptor", "parts of a launch", "job"],
+)
+def test_what_a_killed_program_has_started_ends_with_it(stub, tmp_path, arguments, parts, later):
+    """It is killed some time [s] after all have started, which are told by their command lines."""
+    (tmp_path / "room.xml").write_text(ROOM)
+    (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path))
 
     def started():
         assert program.poll() is None
         commands = [command for pid, command in alive().items() if pid != program.pid]
         return all(any(part in command for command in commands) for part in parts)
 
-    with begun(arguments, folder) as (program, alive):
+    with begun(arguments, tmp_path) as (program, alive):
         wait_for(started, pause=0.02)
         time.sleep(later)
         program.kill()
         program.wait()
-        assert gone_within(SOON, alive) == []
-
-
-@pytest.mark.parametrize("later", [pytest.param(0.0, marks=pytest.mark.long), 1.0])
-def test_the_drawer_of_a_home_ends_with_a_run_that_is_killed(tmp_path, later):
-    assert_ends([*DRY_RUN, "--world", "1100"], tmp_path, ["plan_process"], later)
-
-
-def test_the_acceptor_ends_with_a_run_that_is_killed(tmp_path):
-    (tmp_path / "room.xml").write_text(ROOM)
-    command = [*DRY_RUN, "--serve", "--port", "0", "--world", "room.xml"]
-    assert_ends(command, tmp_path, ["acceptor"])
-
-
-def test_reflexes_watchdog_and_acceptor_end_with_a_launch_that_is_killed(stub, tmp_path):
-    (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path))
-    command = [*filmed_room.LAUNCH, "--config", "robot.toml"]
-    assert_ends(command, tmp_path, ["acceptor", "spawn_main"])
-
-
-def test_a_benchmark_that_is_killed_leaves_no_job_behind(tmp_path):
-    assert_ends(["-c", POOL], tmp_path, ["spawn_main"], later=3.0)  # when the job has begun
+        end = time.monotonic() + SOON
+        while alive() and time.monotonic() < end:
+            time.sleep(0.05)
+        assert list(alive().values()) == []
 
 
 def test_a_run_that_is_killed_keeps_its_trajectory_and_commands_until_then(tmp_path):

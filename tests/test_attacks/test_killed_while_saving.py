@@ -73,9 +73,11 @@ def write_up_to(step, write, path):
     write(2, path)
 
 
-def assert_survives_kills(kind, kills, folder):
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kills", [KILLS, pytest.param(MANY_KILLS, marks=pytest.mark.long)])
+def test_what_is_saved_survives_kills_at_any_time(kind, kills, tmp_path):
     write, assert_whole = KINDS[kind]
-    path = folder / "kept"
+    path = tmp_path / "kept"
     began = time.monotonic()
     write(1, path)
     length = time.monotonic() - began
@@ -89,20 +91,9 @@ def assert_survives_kills(kind, kills, folder):
         writer.kill()
         writer.join()
         assert writer.exitcode == -signal.SIGKILL
-        cut_off |= names_in(folder) != ["kept"]
+        cut_off |= names_in(tmp_path) != ["kept"]
         assert_whole(path)
     assert cut_off  # or no kill came while it was saved
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_what_is_saved_survives_kills_at_any_time(kind, tmp_path):
-    assert_survives_kills(kind, KILLS, tmp_path)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("kind", KINDS)
-def test_what_is_saved_survives_many_kills(kind, tmp_path):
-    assert_survives_kills(kind, MANY_KILLS, tmp_path)
 
 
 @pytest.mark.parametrize("kind", KINDS)

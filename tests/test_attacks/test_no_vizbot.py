@@ -3,6 +3,7 @@
 import gzip
 import itertools
 import os
+from types import SimpleNamespace
 
 import pytest
 
@@ -53,7 +54,8 @@ def run(command_line, monkeypatch, tmp_path):
     monkeypatch.setattr(http_link, "_MAX_ANSWER", 1024 * 1024)
     monkeypatch.setattr(robot_client, "_OPEN_TIMEOUT", 0.5)
     utterance = Utterance("go to the sofa", GoTo(("sofa",)), ())
-    monkeypatch.setattr(voice, "Recogniser", lambda *_, **__: Deaf())
+    deaf = SimpleNamespace(learn=lambda words: None)
+    monkeypatch.setattr(voice, "Recogniser", lambda *_, **__: deaf)
     monkeypatch.setattr(voice, "transcribe", lambda *_: utterance)
     (tmp_path / "said.wav").touch()
     terminal = os.openpty()
@@ -61,11 +63,6 @@ def run(command_line, monkeypatch, tmp_path):
     yield command_line
     for each in terminal:
         os.close(each)
-
-
-class Deaf:
-    def learn(self, words):
-        pass
 
 
 @pytest.mark.sampled

@@ -25,8 +25,9 @@ def has_own_network():
         return False
 
 
-def stopping_under(kind, tries):
-    """What `tests.helpers.stop_under_flood` measures, where possible in a network of its own."""
+@pytest.mark.parametrize("tries", [20, pytest.param(200, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kind", KINDS)
+def test_stop_is_obeyed_at_once_under(kind, tries):
     own_network = has_own_network()
     if kind == "unread-answers" and not own_network:
         pytest.skip("no network namespace can be made here, and large buffers take unread answers")
@@ -34,25 +35,10 @@ def stopping_under(kind, tries):
     if own_network:
         program = [*OWN_NETWORK, *program, "--own-network"]
     done = subprocess.run(program, stdout=subprocess.PIPE, text=True, check=True)
-    return json.loads(done.stdout.splitlines()[-1])
-
-
-def assert_stopped_soon(kind, tries):
-    measured = stopping_under(kind, tries)
+    measured = json.loads(done.stdout.splitlines()[-1])
     assert measured["opened"] >= len(ADDRESSES) * CONNECTIONS > MOST
     assert measured["unanswered"] == []
     assert measured["stops"] == len(measured["times"]) + len(measured["typed"]) == tries
     late = [round(each, 3) for each in measured["times"] if each > SOON]
     late += [round(each, 3) for each in measured["typed"] if each > TYPED]
     assert late == []
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_stop_is_obeyed_at_once_under(kind):
-    assert_stopped_soon(kind, 20)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("kind", KINDS)
-def test_stop_is_obeyed_at_once_two_hundred_times_under(kind):
-    assert_stopped_soon(kind, 200)

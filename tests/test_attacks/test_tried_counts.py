@@ -18,28 +18,23 @@ from tests.test_attacks import test_no_vizbot as port
 from tests.test_attacks import test_odd_settings as odd
 
 
+def counts(short, long):
+    return f"{short:,}", f"{long:,}"
+
+
 def maps():
     def tried(seed, flips):
         return sum(1 for _ in spoilt_maps(seed, flips))
 
     tests = test_spoilt_maps
     many = sum(tried(seed, tests.LONG_FLIPS) for seed in tests.LONG_SEEDS)
-    return str(tried(0, tests.FLIPS)), f"{many:,}"
+    return counts(tried(0, tests.FLIPS), many)
 
 
 def realsense():
     tests = test_realsense_recordings
     many, harmful = len(tests.LONG_SEEDS) * tests.LONG, sum(1 for _ in harmful_databases())
     return f"{len(tests.KINDS)} x {tests.SHORT}", f"{len(tests.KINDS)} x {many} + {harmful}"
-
-
-def sounds():
-    many = len(test_sounds.LONG_SEEDS) * test_sounds.LONG
-    return f"{test_sounds.SHORT}", f"{many:,}"
-
-
-def counts(tests):
-    return f"{tests.SHORT:,}", f"{tests.LONG:,}"
 
 
 SPOILT = len(odd.COMMANDS) * (len(odd.SETTINGS) + len(odd.PATHS))
@@ -49,23 +44,25 @@ TRIED = {
         f"{len(port.STRANGERS)} x {2 * len(port.COMMANDS)}",
     ),
     "settings: nested, endless": lambda: (f"{SPOILT} + {len(odd.ARGUMENTS)}", ""),
-    "launch, calibrate, teleop killed": lambda: (
-        f"{len(ended.QUICK)}",
-        f"{len(ended.CASES) - len(ended.QUICK)}",
+    "launch, calibrate, teleop killed": lambda: counts(
+        len(ended.QUICK), len(ended.CASES) - len(ended.QUICK)
     ),
     "a program killed": lambda: (
         f"{len(saving.KINDS)} x {saving.KILLS}, and between any two steps",
         f"{len(saving.KINDS)} x {saving.MANY_KILLS}",
     ),
     "spoilt saved maps": maps,
-    "spoilt recordings (TUM folders), read": lambda: counts(test_recordings),
-    "spoilt recordings (TUM folders), made": lambda: (
-        f"{test_recordings.BUILT_SHORT:,}",
-        f"{test_recordings.BUILT_LONG:,}",
+    "spoilt recordings (TUM folders), read": lambda: counts(
+        test_recordings.SHORT, test_recordings.LONG
+    ),
+    "spoilt recordings (TUM folders), made": lambda: counts(
+        test_recordings.BUILT_SHORT, test_recordings.BUILT_LONG
     ),
     "spoilt recordings of a RealSense": realsense,
-    "spoilt recordings of speech": sounds,
-    "spoilt weights": lambda: counts(test_clip_folders),
+    "spoilt recordings of speech": lambda: counts(
+        test_sounds.SHORT, len(test_sounds.LONG_SEEDS) * test_sounds.LONG
+    ),
+    "spoilt weights": lambda: counts(test_clip_folders.SHORT, test_clip_folders.LONG),
 }
 
 

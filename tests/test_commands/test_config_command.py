@@ -72,13 +72,11 @@ def test_a_first_file_lets_a_person_choose_the_encoder_by_what_its_time_means(
         assert each.encoder in text and f"{each.frame:g} s; {each.meaning}" in text
     rows = [f"| {e.computer} | `{e.encoder}` | {e.frame:g} | {e.meaning} |" for e in CHOICES]
     head = "| computer | settings | a frame, in s | what that means for a search |"
-    page = "\n".join([head, "|---|---|---|---|", *rows])
-    assert page in (ROOT / "docs/robot.md").read_text()
+    assert "\n".join([head, "|---|---|---|---|", *rows]) in (ROOT / "docs/robot.md").read_text()
 
 
 def test_a_first_file_names_an_encoder_that_was_fetched(run, plug_in, monkeypatch, tmp_path):
-    fetched = tmp_path / "hub/models--openai--clip-vit-large-patch14/snapshots/abc"
-    save_tiny_clip(fetched)
+    save_tiny_clip(tmp_path / "hub/models--openai--clip-vit-large-patch14/snapshots/abc")
     monkeypatch.setattr("huggingface_hub.constants.HF_HUB_CACHE", str(tmp_path / "hub"))
     assert "clip: Fetched here: ViT-L/14." in run("init")[1]
     assert load_config(tmp_path / "robot.toml").clip == "ViT-L/14"
@@ -123,8 +121,7 @@ def test_a_file_with_every_setting_changes_none_and_each_can_be_taken_as_it_stan
     assert run("init", "--all", "--out", "all.toml")[0] == 0
     text = (tmp_path / "all.toml").read_text()
     assert with_rehearsal(load_config(tmp_path / "all.toml")) == with_rehearsal(Config())
-    settings = re.sub(r".* = \.\.\.\n", "", SETTING.sub("", text))
-    (tmp_path / "taken.toml").write_text(settings)
+    (tmp_path / "taken.toml").write_text(re.sub(r".* = \.\.\.\n", "", SETTING.sub("", text)))
     taken = load_config(tmp_path / "taken.toml")
     filters = taken.realsense.filters.model_copy(update={"spatial": None, "temporal": None})
     realsense = taken.realsense.model_copy(update={"filters": filters})
@@ -186,8 +183,7 @@ def fields_below(model):
     """Every setting and table of a model of settings, at any depth."""
     for name, field in model.model_fields.items():
         yield f"{model.__name__}.{name}", field
-        kinds = [field.annotation, *get_args(field.annotation)]
-        for kind in kinds:
+        for kind in (field.annotation, *get_args(field.annotation)):
             if isinstance(kind, type) and issubclass(kind, BaseModel):
                 yield from fields_below(kind)
 
@@ -248,7 +244,6 @@ def test_the_search_has_at_most_half_of_the_47_settings_that_it_once_had():
 def test_the_page_of_all_settings_is_what_the_settings_say(run):
     code, out, _ = run("schema", "--markdown")
     assert code == 0
-    page = ROOT / "docs" / "settings.md"
-    assert page.read_text() == out, (
+    assert (ROOT / "docs" / "settings.md").read_text() == out, (
         "write it anew: vizbot config schema --markdown > docs/settings.md"
     )

@@ -65,8 +65,7 @@ def test_a_run_is_the_same_twice_byte_for_byte_and_another_seed_is_not(short_run
 
 def test_a_run_leaves_its_folder_whole(short_run):
     _, result, run = short_run("a", "5")
-    names = {path.name for path in run.iterdir()}
-    assert names == {
+    assert {path.name for path in run.iterdir()} == {
         "commands.csv", "config.toml", "map", "metrics.json", "report.html", "run.webm",
         "trajectory.tum", "vizbot.log",
     }  # fmt: skip
@@ -125,8 +124,7 @@ def test_the_robot_goes_to_the_yellow_chair_in_nine_of_ten_homes(dry_run):
     results = [dry_run("yellow chair", "--world", str(seed))[1] for seed in range(10)]
     arrived = [result["success"] for result in results]
     assert sum(arrived) >= 9, arrived
-    claimed = [result["claimed"] for result in results]
-    assert claimed == arrived
+    assert [result["claimed"] for result in results] == arrived
 
 
 def test_every_frame_of_a_recording_is_mapped_and_then_asked(

@@ -77,11 +77,6 @@ def rests(floor):
     return np.array_equal(before, floor.T_world_base)
 
 
-def free_port():
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return server.getsockname()[1]
-
-
 ENDS = {
     "an empty line": lambda keyboard: keyboard.write("\n"),
     "Ctrl-C": lambda keyboard: os.kill(os.getpid(), signal.SIGINT),
@@ -93,7 +88,9 @@ ENDS = {
 def test_a_robot_is_launched_asked_stopped_and_ended(
     end, robot_toml, floor, tmp_path, signals, monkeypatch, command_line
 ):
-    run, port = tmp_path / "run", free_port()
+    run = tmp_path / "run"
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
     command = ["launch", "--force", "--clip", "embedded", "--config", robot_toml, "--out", run]
     command += ["--port", port, "--rerun"]
     with typing(monkeypatch) as keyboard:

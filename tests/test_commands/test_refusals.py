@@ -48,13 +48,18 @@ def test_the_settings_load_nothing_heavy():
     assert ended.stdout == "[]\n", ended.stderr
 
 
-def refused(run, tmp_path, *arguments):
-    """The one line with which a command is refused, with nothing heavy loaded or left behind."""
-    before = sorted(tmp_path.rglob("*"))
-    code, error, loaded = run(*arguments)
-    assert (code, error.count("\n"), loaded) == (1, 1, [])
-    assert sorted(tmp_path.rglob("*")) == before
-    return error
+@pytest.fixture
+def refuse(run, tmp_path):
+    """Run a command that is refused in one line with words, nothing heavy loaded or left behind."""
+
+    def command(command, *words):
+        before = sorted(tmp_path.rglob("*"))
+        code, error, loaded = run(*command)
+        assert (code, error.count("\n"), loaded) == (1, 1, [])
+        assert sorted(tmp_path.rglob("*")) == before
+        assert all(word in error for word in words), error
+
+    return command
 
 
 RUNS = [
@@ -85,23 +90,22 @@ REFUSED += [(("launch", *given), words) for given, words in RUNS]
 
 @pytest.mark.parametrize(("command", "words"), REFUSED)
 def test_a_run_that_cannot_be_is_refused_before_anything_heavy_is_loaded(
-    run, tmp_path, command, words
+    refuse, tmp_path, command, words
 ):
     (tmp_path / "something").touch()
-    error = refused(run, tmp_path, *command)
-    assert all(word in error for word in words), error
+    refuse(command, *words)
 
 
 @pytest.mark.parametrize("file", ["", 'clip = "embedded"\n'])
 @pytest.mark.parametrize("force", [(), ("--force",)])
 def test_the_rehearsal_encoder_drives_among_real_things_only_where_it_is_typed(
-    run, tmp_path, file, force
+    run, refuse, tmp_path, file, force
 ):
     (tmp_path / "mine.toml").write_text(f'serial_port = "nowhere"\n{file}')
     command = ("launch", *force, "--config", "mine.toml", "--port", "0")
-    error = refused(run, tmp_path, *command)
-    assert "clip embedded: the rehearsal encoder knows simulated homes alone" in error
-    assert "hf download openai/clip-vit-base-patch32" in error and "--clip embedded" in error
+    fetch = "hf download openai/clip-vit-base-patch32"
+    known = "clip embedded: the rehearsal encoder knows simulated homes alone"
+    refuse(command, known, fetch, "--clip embedded")
     if force:
         code, error, _ = run(*command, "--clip", "embedded")
         assert code == 1 and "serial port nowhere" in error
@@ -133,17 +137,16 @@ def test_a_saved_map_says_what_it_holds_with_nothing_heavy(run, tmp_path):
     assert run("map", "info", "home") == (0, "", [])
 
 
-def test_questions_to_a_saved_map_that_cannot_be_are_refused_with_nothing_heavy(run, tmp_path):
+def test_questions_to_a_saved_map_that_cannot_be_are_refused_with_nothing_heavy(refuse, tmp_path):
     map_bundle.save(bundle_of(model_id="another"), tmp_path / "home")
     for folder, word in (("nowhere", "no map at nowhere"), ("home", "'another'")):
-        assert word in refused(run, tmp_path, "map", "query", folder, "sofa")
+        refuse(("map", "query", folder, "sofa"), word)
 
 
 def test_a_saved_map_answers_without_pytorch(run, tmp_path):
     encoder = EmbeddedTexts(read_files())
     bundle = bundle_of(model_id=encoder.model_id)
-    seen = ["sofa", *["wall"] * (len(bundle.elements.keyframes) - 1)]
-    rows = encoder.embed_texts(seen)
+    rows = encoder.embed_texts(["sofa", *["wall"] * (len(bundle.elements.keyframes) - 1)])
     elements = replace(bundle.elements, embeddings=rows)
     map_bundle.save(replace(bundle, elements=elements, pictures=rows), tmp_path / "home")
     code, answer, loaded = run("map", "query", "home", "sofa")
@@ -161,32 +164,28 @@ SERVED = [("dry-run", "sofa", "--serve"), ("launch", "--clip", "embedded")]
 
 
 @pytest.mark.parametrize("command", SERVED, ids=["dry-run", "launch"])
-def test_what_cannot_be_served_is_refused_before_anything_heavy_is_loaded(run, tmp_path, command):
+def test_what_cannot_be_served_is_refused_before_anything_heavy_is_loaded(
+    refuse, tmp_path, command
+):
     (tmp_path / "a.pem").write_text("no certificate")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        assert f":{port}: Address already in use" in refused(
-            run, tmp_path, *command, "--port", port
-        )
+        refuse((*command, "--port", port), f":{port}: Address already in use")
     served = (*command, "--port", "0")
-    for given in (("--tls-certificate", "a.pem"), ("--tls-key", "a.pem")):
-        error = refused(run, tmp_path, *served, *given)
-        assert " ".join(given) in error and "give both" in error
-    pair = ("--tls-certificate", "a.pem", "--tls-key", "a.pem")
-    assert "a.pem cannot be used" in refused(run, tmp_path, *served, *pair)
-    pair = ("--tls-certificate", "a.pem", "--tls-key", "b.pem")
-    assert "--tls-key b.pem is no file" in refused(run, tmp_path, *served, *pair)
-    speech = refused(run, tmp_path, *served, "--speech", "nosuch")
-    assert "no speech model 'nosuch'" in speech and "tiny.en" in speech
+    certificate, key = ("--tls-certificate", "a.pem"), ("--tls-key", "a.pem")
+    for given in (certificate, key):
+        refuse((*served, *given), " ".join(given), "give both")
+    refuse((*served, *certificate, *key), "a.pem cannot be used")
+    refuse((*served, *certificate, "--tls-key", "b.pem"), "--tls-key b.pem is no file")
+    refuse((*served, "--speech", "nosuch"), "no speech model 'nosuch'", "tiny.en")
 
 
 @pytest.mark.parametrize("command", [("dry-run", "sofa"), ("launch", "--port", "0")])
 def test_a_folder_that_cannot_be_made_is_refused_before_anything_heavy_is_loaded(
-    run, tmp_path, command
+    refuse, tmp_path, command
 ):
     (tmp_path / "file").touch()
-    error = refused(run, tmp_path, *command, "--out", "file/run")
-    assert "cannot write to file/run: Not a directory" in error and "--out" in error
+    refuse((*command, "--out", "file/run"), "cannot write to file/run: Not a directory", "--out")
 
 
 LAUNCH = ("launch", "--force", "--clip", "embedded")

@@ -2,7 +2,6 @@
 
 import json
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -35,10 +34,14 @@ def places(tmp_path, monkeypatch):
     return [tmp_path / "named.toml", Path("robot.toml"), tmp_path / "home/vizbot/robot.toml"]
 
 
-@pytest.fixture
-def run(command_line):
-    """Run a command line where the test is; return exit code, standard output, error output."""
-    return command_line
+def ending(seen, read=lambda given: given, place=0):
+    """What keeps what it reads of one of its arguments, and ends the command."""
+
+    def end(*arguments, **_named):
+        seen.append(read(arguments[place]))
+        raise ConfigError("enough was seen; end here")
+
+    return end
 
 
 def test_the_first_place_with_a_file_counts_and_one_line_names_it(places, monkeypatch, capfd):
@@ -71,46 +74,42 @@ def test_a_file_that_is_given_counts_alone_and_is_not_named(places, capfd):
 
 
 @pytest.mark.parametrize("named", ["none.toml", "none/robot.toml", 300 * "a"])
-def test_a_variable_that_names_a_missing_file_is_one_line(places, monkeypatch, run, named):
+def test_a_variable_that_names_a_missing_file_is_one_line(places, monkeypatch, command_line, named):
     places[1].write_text("")
     monkeypatch.setenv("VIZBOT_CONFIG", named)
     for command in (("config", "show"), ("launch",), ("dry-run", "sofa"), ("doctor", "--json")):
         told = f"VIZBOT_CONFIG names {named}, which is not there"
-        assert_one_line(run(*command), told, "unset it")
+        assert_one_line(command_line(*command), told, "unset it")
 
 
-def test_a_found_file_that_cannot_be_used_is_one_line_that_names_it(places, run):
+def test_a_found_file_that_cannot_be_used_is_one_line_that_names_it(places, command_line):
     places[1].symlink_to("nothing")
     told = "configuration robot.toml: No such file or directory"
-    assert_one_line(run("config", "show"), told)
+    assert_one_line(command_line("config", "show"), told)
     places[1].unlink()
     places[1].write_text("[mount]\nhieght = 0.7\n")
     told = "configuration robot.toml: there is no setting mount.hieght; use height"
-    assert_one_line(run("dry-run", "sofa"), told)
+    assert_one_line(command_line("dry-run", "sofa"), told)
 
 
 COMMANDS = {
-    "launch": (plan_run, RunOptions()),
-    "dry-run": (plan_dry_run, DryRunOptions(goals=["sofa"], run=RunOptions())),
+    "launch": lambda run: plan_run(run).config,
+    "dry-run": lambda run: plan_dry_run(DryRunOptions(goals=["sofa"], run=run)).run.config,
 }
+"""What makes the settings of a run from its options."""
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_run_takes_the_settings_that_are_found(places, command):
     places[1].write_text("[mount]\nheight = 0.65\n")
-    plan, options = COMMANDS[command]
-    planned = plan(options)
-    assert getattr(planned, "run", planned).config.mount.height == 0.65
+    assert COMMANDS[command](RunOptions()).mount.height == 0.65
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 @pytest.mark.parametrize("method", ["belief", "paper"])
 def test_a_run_searches_by_the_method_that_is_asked_for(places, command, method):
     places[1].write_text(f'[objectnav]\nmethod = "{"paper" if method == "belief" else "belief"}"\n')
-    plan, options = COMMANDS[command]
-    run = replace(getattr(options, "run", options), method=method)
-    planned = plan(replace(options, run=run) if hasattr(options, "run") else run)
-    assert getattr(planned, "run", planned).config.objectnav.method == method
+    assert COMMANDS[command](RunOptions(method=method)).objectnav.method == method
 
 
 @pytest.mark.parametrize(
@@ -125,62 +124,48 @@ def test_a_run_searches_by_the_method_that_is_asked_for(places, command, method)
     ids=lambda each: " ".join(each[:2]) if isinstance(each, tuple) else "",
 )
 def test_every_other_command_with_settings_takes_them_too(
-    places, run, monkeypatch, module, arguments
+    places, command_line, monkeypatch, module, arguments
 ):
     places[2].write_text("")
     loaded = []
-
-    def load(given, *_rest, **_named):
-        loaded.append(settings_file(given))
-        raise ConfigError("enough was seen; end here")
-
-    monkeypatch.setattr(module, "load_settings", load)
+    monkeypatch.setattr(module, "load_settings", ending(loaded, settings_file))
     monkeypatch.setattr(teleop, "require_terminal", lambda _: None)
-    assert run(*arguments)[0] == 1
+    assert command_line(*arguments)[0] == 1
     assert loaded == [places[2]]
 
 
-def test_a_calibration_goes_into_the_file_that_was_found(places, run, monkeypatch):
+def test_a_calibration_goes_into_the_file_that_was_found(places, command_line, monkeypatch):
     places[1].write_text("half = false\n")
     asked = []
-
-    def require_writable(path):
-        asked.append(path)
-        raise ConfigError("enough was seen; end here")
-
-    monkeypatch.setattr(calibrate, "require_writable", require_writable)
-    assert run("calibrate", "--yes")[0] == 1
+    monkeypatch.setattr(calibrate, "require_writable", ending(asked))
+    assert command_line("calibrate", "--yes")[0] == 1
     assert asked == [places[1]]
 
 
-def test_json_on_standard_output_stays_alone_where_a_file_was_found(places, run, monkeypatch):
+def test_json_on_standard_output_stays_alone_where_a_file_was_found(
+    places, command_line, monkeypatch
+):
     places[1].write_text("")
     monkeypatch.setattr(doctor, "examine", lambda *_: [])
-    code, out, err = run("doctor", "--json")
+    code, out, err = command_line("doctor", "--json")
     assert code == 0 and json.loads(out) == {"well": True, "findings": []}
     assert err == "settings: robot.toml, found in this folder\n"
 
 
-def test_a_benchmark_depends_on_no_file_that_is_found(places, run, monkeypatch):
+def test_a_benchmark_depends_on_no_file_that_is_found(places, command_line, monkeypatch):
     used = []
-
-    def run_slam_homes(_homes, _quick, config, _out):
-        used.append(config)
-        raise ConfigError("enough was seen; end here")
-
-    monkeypatch.setattr(homes, "run_slam_homes", run_slam_homes)
+    monkeypatch.setattr(homes, "run_slam_homes", ending(used, place=2))
     places[1].write_text("[mount]\nheight = 0.65\n")
     for named in ("robot.toml", "none.toml"):
         monkeypatch.setenv("VIZBOT_CONFIG", named)
-        _, _, err = run("bench", "slam")
+        _, _, err = command_line("bench", "slam")
         assert err == "vizbot: enough was seen; end here\n"
     assert used == [Config(), Config()]
 
 
-def test_the_help_says_where_settings_are_looked_for_and_that_benchmarks_look_nowhere(run):
-    launch, benches = (
-        " ".join(run(*name, "--help")[1].split()) for name in (("launch",), ("bench", "objectnav"))
-    )
+def test_the_help_says_where_settings_are_looked_for_and_that_benchmarks_look_nowhere(command_line):
+    launch = " ".join(command_line("launch", "--help")[1].split())
+    benches = " ".join(command_line("bench", "objectnav", "--help")[1].split())
     assert "VIZBOT_CONFIG" in launch
     assert "VIZBOT_CONFIG" not in benches and "no file" in benches
 
@@ -211,18 +196,18 @@ def evil(places):
     ids=" ".join,
 )
 def test_a_settings_file_that_lies_in_the_working_folder_runs_no_code(
-    places, run, evil, monkeypatch, command
+    places, command_line, evil, monkeypatch, command
 ):
     monkeypatch.setattr(teleop, "require_terminal", lambda _: None)
     map_bundle.save(bundle_of(model_id="evil:Encoder"), Path("map"))
     places[1].write_text('clip = "evil:Encoder"\n')
     told = "robot.toml was found in this folder and names a class, evil:Encoder"
-    assert_one_line(run(*command), told, "--clip evil:Encoder, or --config robot.toml")
+    assert_one_line(command_line(*command), told, "--clip evil:Encoder, or --config robot.toml")
     assert not evil.exists() and "evil" not in sys.modules
 
 
 @pytest.mark.parametrize("how", ["--clip", "--config", "VIZBOT_CONFIG", "home", "in the home"])
-def test_a_class_is_opened_where_a_person_names_it(places, run, evil, monkeypatch, how):
+def test_a_class_is_opened_where_a_person_names_it(places, command_line, evil, monkeypatch, how):
     arguments = {"--clip": ("evil:Encoder",), "--config": ("robot.toml",)}.get(how, ())
     place = places[2] if how in ("home", "in the home") else places[1]
     place.write_text('clip = "evil:Encoder"\n')
@@ -232,7 +217,7 @@ def test_a_class_is_opened_where_a_person_names_it(places, run, evil, monkeypatc
         monkeypatch.chdir(place.parent)
         Path("evil.py").write_text("from pathlib import Path\nPath('trace').touch()\n")
     monkeypatch.setattr(doctor_checks, "_camera", lambda *_: iter(()))
-    _, out, _ = run("doctor", "--json", *((how, *arguments) if arguments else ()))
+    _, out, _ = command_line("doctor", "--json", *((how, *arguments) if arguments else ()))
     assert Path("trace").exists()
     [clip] = [each for each in json.loads(out)["findings"] if each["subject"] == "CLIP"]
     assert clip["verdict"] == "bad" and "evil:Encoder" in clip["found"]

@@ -44,8 +44,7 @@ def run(kind, *command, **options):
 @pytest.mark.parametrize("kind", BROKEN | ASLEEP)
 def test_progress_and_logs_that_cannot_be_written_are_lost(kind, tmp_path):
     kept = tmp_path / "kept"
-    done = run(kind, sys.executable, "-c", PROGRAM, "talk", str(kept))
-    assert done.returncode == 0
+    assert run(kind, sys.executable, "-c", PROGRAM, "talk", str(kept)).returncode == 0
     assert int(kept.read_text()) > 2  # no file takes the place of standard error
 
 
@@ -62,10 +61,9 @@ def test_a_closed_standard_input_is_an_empty_one(tmp_path):
 @pytest.mark.parametrize("kind", BROKEN | ASLEEP)
 def test_a_run_whose_progress_cannot_be_written_saves_its_map(kind, tmp_path):
     (tmp_path / "short.toml").write_text("[objectnav]\nmax_steps = 3\n")
-    command = [sys.executable, "-m", "vizbot", "dry-run", "sofa", "--world", "5", "--json"]
     done = run(
         kind,
-        *command,
+        *(sys.executable, "-m", "vizbot", "dry-run", "sofa", "--world", "5", "--json"),
         *("--config", "short.toml", "--out", "run"),
         cwd=tmp_path,
         stdout=subprocess.PIPE,

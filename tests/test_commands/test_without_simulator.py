@@ -81,8 +81,7 @@ def test_the_doctor_examines_all_there_is(vizbot):
 def test_a_map_is_asked(vizbot, tmp_path):
     encoder = load_embedded_clip()
     home = bundle_of(model_id=encoder.model_id)
-    rows = len(home.elements.keyframes)
-    embeddings = np.eye(rows, encoder.dimension, dtype=np.float32)
+    embeddings = np.eye(len(home.elements.keyframes), encoder.dimension, dtype=np.float32)
     elements = replace(home.elements, embeddings=embeddings)
     home = replace(home, elements=elements, pictures=embeddings)
     map_bundle.save(home, tmp_path / "home")

@@ -281,14 +281,10 @@ TABLE = """
 
 def rows():
     """Each command with its words."""
-    table = []
     for line in TABLE.strip().splitlines():
-        command, *words = (part.strip() for part in line.split(" | "))
-        table.append(pytest.param(command, words, id=command))
+        yield [part.strip() for part in line.split(" | ")]
     for name, (_, *words) in SETTINGS.items():
-        command = f"dry-run sofa --config {name}.toml"
-        table.append(pytest.param(command, words, id=command))
-    return table
+        yield [f"dry-run sofa --config {name}.toml", *words]
 
 
 @pytest.fixture(scope="module")
@@ -314,12 +310,6 @@ def place(tmp_path_factory):
         (folder / "blank" / name / "0.png").write_bytes(b"no picture")
     camera = {"width": 64, "height": 48, "fx": 60, "fy": 60, "cx": 32, "cy": 24}
     (folder / "blank" / "camera.json").write_text(json.dumps(camera | {"depth_scale": 1000}))
-    make_maps(folder)
-    return folder
-
-
-def make_maps(folder):
-    """A whole map, and each kind that is not."""
     map_bundle.save(bundle_of(model_id="another"), folder / "foreign")
     map_bundle.save(bundle_of(model_id="os:abort"), folder / "own")
     map_bundle.save(bundle_of(), folder / "home")
@@ -332,6 +322,7 @@ def make_maps(folder):
     (folder / "cut" / "map.json").write_text(header[:200])
     for name, change in (("future", {"schema_version": 99}), ("changed", {"model_id": "other"})):
         (folder / name / "map.json").write_text(json.dumps(json.loads(header) | change))
+    return folder
 
 
 @pytest.fixture(scope="module")
@@ -359,15 +350,16 @@ def refuse(place, taken, command_line, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("command", "words"), rows())
-def test_what_cannot_be_used_is_refused_in_one_line(refuse, taken, command, words):
+@pytest.mark.parametrize("row", rows(), ids=lambda row: row[0])
+def test_what_cannot_be_used_is_refused_in_one_line(refuse, taken, row):
+    command, *words = row
     line = refuse(command)
     for word in words:
         assert word.replace("PORT", str(taken)) in line
 
 
 def test_the_table_is_long_and_says_no_command_twice():
-    commands = [row.id for row in rows()]
+    commands = [command for command, *_ in rows()]
     assert len(set(commands)) == len(commands) >= 110
 
 

@@ -11,8 +11,8 @@ class Line:
         url: What the browser opens in place of the robot's own.
     """
 
-    def __init__(self, port):
-        self._to = port
+    def __init__(self, url):
+        self._to = int(url.rsplit(":", 1)[1])
         self._lock = threading.Lock()
         self._cut = threading.Event()
         self._ends = []

@@ -9,6 +9,7 @@ import pytest
 
 from tests.helpers.browsing import box_of, says, stand_in, take_lease, touch_screen, until
 from tests.test_console.cut_line import Line
+from tests.test_console.person import ask, middle_of, press
 from vizbot.core.types import Tracking
 from vizbot.objectnav.tasks import Task
 from vizbot.operator.api.console_routes import FILES
@@ -28,11 +29,8 @@ def test_the_page_is_served_whole_and_may_load_nothing_from_elsewhere(server):
 
 def knob(page):
     """Whether the stick's knob is right (1) or left (-1), and below (1) or above (-1)."""
-    stick, knob = (box_of(page.locator(part)) for part in ("#stick", "#knob"))
-    return tuple(
-        round(np.sign(round(knob[at] + knob[size] / 2 - stick[at] - stick[size] / 2)))
-        for at, size in (("x", "width"), ("y", "height"))
-    )
+    stick, knob = (middle_of(page.locator(part)) for part in ("#stick", "#knob"))
+    return tuple(np.sign(np.round(np.subtract(knob, stick))))
 
 
 def test_a_person_asks_drives_and_stops(page, robot):
@@ -40,8 +38,7 @@ def test_a_person_asks_drives_and_stops(page, robot):
     until(page, lambda: image.evaluate("image => image.naturalWidth") >= 480)
     says(page, "#battery", "50 %")
     says(page, "#feels", "bump left")
-    page.locator("#goal").fill('"a <b>yellow</b> chair"')
-    page.keyboard.press("Enter")
+    ask(page, '"a <b>yellow</b> chair"')
     says(page, "#goals li.running b", "A <b>yellow</b> chair")
     says(page, "#activity", "Looking for “a <b>yellow</b> chair”")
     says(page, "#detail", "Exploring")
@@ -75,12 +72,10 @@ def test_the_stick_drives_while_it_is_held_and_leaving_the_page_stops(page, robo
     take_lease(page)
     page.get_by_role("button", name="Slow").click()
     stick = page.locator("#stick")
-    stick.scroll_into_view_if_needed()
-    box = box_of(stick)
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    page.mouse.move(x, y)
+    stick.hover()
     page.mouse.down()
-    page.mouse.move(x, y - box["height"])
+    x, y = middle_of(stick)
+    page.mouse.move(x, y - box_of(stick)["height"])
     until(page, lambda: robot.twist.linear == pytest.approx(0.1))
     page.mouse.up()
     until(page, lambda: robot.rests)
@@ -185,13 +180,9 @@ def test_all_can_be_done_by_keyboard_alone(page, robot):
     assert page.evaluate("document.activeElement.id") == "stop"
     page.keyboard.press("Tab")
     page.keyboard.type("lamp")
-    for _ in range(4):
-        page.keyboard.press("Tab")
-    page.keyboard.press("Enter")
+    press(page, *4 * ["Tab"], "Enter")
     says(page, "#answer", "Asked to explore.")
-    for _ in range(3):
-        page.keyboard.press("Tab")
-    page.keyboard.press("Enter")
+    press(page, *3 * ["Tab"], "Enter")
     says(page, "#holder", "You drive.")
     page.keyboard.press("Space")
     until(page, robot.session.stopped.is_set)
@@ -199,7 +190,7 @@ def test_all_can_be_done_by_keyboard_alone(page, robot):
 
 
 def test_a_line_that_breaks_stops_the_robot_is_told_and_comes_back(open_page, server, robot):
-    line = Line(int(server.url.rsplit(":", 1)[1]))
+    line = Line(server.url)
     page = open_page(line.url)
     page.locator("#link.live").wait_for()
     take_lease(page)
@@ -265,10 +256,7 @@ def test_what_waits_is_moved_and_cancelled_and_what_is_over_asked_again_and_clea
 def test_a_press_counts_although_the_list_changes_before_it_is_let_go(page, robot):
     robot.session.ask(["sofa", "bed", "sink"])
     assert robot.session.queue.current().text == "sofa"  # it has begun; else any may be the next
-    button = page.get_by_role("button", name="Do sink next")
-    button.scroll_into_view_if_needed()
-    box = box_of(button)
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    page.get_by_role("button", name="Do sink next").hover()
     page.mouse.down()
     robot.session.ask(["lamp"])
     says(page, "#goals li:nth-child(4) b", "Lamp")
@@ -280,8 +268,7 @@ def test_a_press_counts_although_the_list_changes_before_it_is_let_go(page, robo
 
 def test_after_a_lost_link_somebody_has_the_robot_go_on(page, robot):
     robot.session.ask(["sofa"])
-    link = robot.session.take_lease("ann")
-    robot.session.release_lease(link, given_back=False)
+    robot.session.release_lease(robot.session.take_lease("ann"), given_back=False)
     says(page, "#detail", "It rests until somebody has it go on, or drives.")
     page.get_by_role("button", name="Go on").click()
     until(page, lambda: not robot.session.stopped.is_set())
@@ -307,52 +294,61 @@ def test_what_a_lost_robot_does_about_it_is_told(page, robot):
     until(page, lambda: "looks for its place first" not in page.locator("#detail").inner_text())
 
 
-def test_the_token_is_asked_for_and_leaves_the_address(open_page, robot, tmp_path, monkeypatch):
+@pytest.fixture
+def locked(robot, tmp_path, monkeypatch):
+    """The address of a robot that asks for its token, and the token."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     with Server(robot.session, Service(host="0.0.0.0", port=0)) as server:
-        url = server.url.replace("0.0.0.0", "127.0.0.1")
-        page = open_page(f"{url}/?token={server.token}")
-        page.locator("#link.live").wait_for()
-        assert page.url == f"{url}/"
-        page = open_page(url)
-        page.get_by_label("This robot answers only").fill(server.token)
-        use, stop = (box_of(page.locator(part)) for part in ("#token-form button", "#stop"))
-        assert use["x"] + use["width"] < stop["x"]
-        page.get_by_role("button", name="Use it").click()
-        page.locator("#link.live").wait_for()
-        page.locator("#token-form").wait_for(state="hidden")
-        assert page.complaints == []
+        yield server.url.replace("0.0.0.0", "127.0.0.1"), server.token
+
+
+def use_token(page, token):
+    page.get_by_label("This robot answers only").fill(token)
+    page.get_by_role("button", name="Use it").click()
+
+
+def assert_opens(page):
+    page.locator("#link.live").wait_for()
+    page.locator("#token-form").wait_for(state="hidden")
+    assert page.complaints == []
+
+
+def test_the_token_is_asked_for_and_leaves_the_address(open_page, locked):
+    url, token = locked
+    page = open_page(f"{url}/?token={token}")
+    page.locator("#link.live").wait_for()
+    assert page.url == f"{url}/"
+    page = open_page(url)
+    page.get_by_label("This robot answers only").wait_for()
+    use, stop = (box_of(page.locator(part)) for part in ("#token-form button", "#stop"))
+    assert use["x"] + use["width"] < stop["x"]
+    use_token(page, token)
+    assert_opens(page)
 
 
 def test_a_wrong_token_is_called_wrong_and_nothing_is_told_of_what_was_never_shown(
-    open_page, robot, tmp_path, monkeypatch
+    open_page, locked
 ):
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
-    with Server(robot.session, Service(host="0.0.0.0", port=0)) as server:
-        url = server.url.replace("0.0.0.0", "127.0.0.1")
-        page = open_page(url)
-        refused, shown = page.locator("#token-refused"), page.locator("figure.shown img").first
-        says(page, "#link", "locked")
-        assert refused.inner_text() == "" and not shown.is_visible()
-        assert page.locator("#activity").inner_text() == "It wants its token"
-        assert page.locator("#detail").inner_text() == ""
-        for _ in range(2):  # it is said again
-            page.get_by_label("This robot answers only").fill("wrong")
-            refused.evaluate("one => one.textContent = ''")
-            page.get_by_role("button", name="Use it").click()
-            says(page, "#token-refused", "That is not this robot's token.")
-        page = open_page(f"{url}/?token=wrong")
+    url, token = locked
+    page = open_page(url)
+    refused, shown = page.locator("#token-refused"), page.locator("figure.shown img").first
+    says(page, "#link", "locked")
+    assert refused.inner_text() == "" and not shown.is_visible()
+    assert page.locator("#activity").inner_text() == "It wants its token"
+    assert page.locator("#detail").inner_text() == ""
+    for _ in range(2):  # it is said again
+        refused.evaluate("one => one.textContent = ''")
+        use_token(page, "wrong")
         says(page, "#token-refused", "That is not this robot's token.")
-        page.get_by_label("This robot answers only").fill(server.token)
-        page.get_by_role("button", name="Use it").click()
-        page.locator("#link.live").wait_for()
-        page.locator("#token-form").wait_for(state="hidden")
-        page.locator("figure.shown img").first.wait_for(state="visible")
-        assert page.complaints == []
+    page = open_page(f"{url}/?token=wrong")
+    says(page, "#token-refused", "That is not this robot's token.")
+    use_token(page, token)
+    page.locator("figure.shown img").first.wait_for(state="visible")
+    assert_opens(page)
 
 
 def test_the_page_tells_a_program_that_has_ended_from_a_link_that_is_lost(open_page, robot):
-    with Server(robot.session, Service(port=0)) as server, closing(Line(port_of(server))) as line:
+    with Server(robot.session, Service(port=0)) as server, closing(Line(server.url)) as line:
         cut, watching = open_page(line.url), open_page(server.url)
         for page in (cut, watching):
             page.locator("#link.live").wait_for()
@@ -362,13 +358,9 @@ def test_the_page_tells_a_program_that_has_ended_from_a_link_that_is_lost(open_p
     says(watching, "#link", "ended")
     watching.wait_for_timeout(3500)  # it tries again meanwhile
     assert "lost" not in watching.locator("#alarm").inner_text()
-    with Server(robot.session, Service(port=port_of(server))):
+    with Server(robot.session, Service(port=httpx.URL(server.url).port)):
         watching.locator("#link.live").wait_for()
         watching.locator("#alarm").wait_for(state="hidden")
-
-
-def port_of(server):
-    return int(server.url.rsplit(":", 1)[1])
 
 
 GAMEPAD = """

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.helpers.browsing import found_by_axe, says, take_lease, touch_screen
+from tests.test_console.person import ask
 from tests.test_console.test_console_arrival import TITLE, chair
 
 
@@ -11,8 +12,7 @@ def looking(page, robot):
 
 
 def searching(page, robot):
-    page.locator("#goal").fill("sofa, then the bed")
-    page.keyboard.press("Enter")
+    ask(page, "sofa, then the bed")
     says(page, "#goals li.running b", "Sofa")
 
 
@@ -37,8 +37,7 @@ def stopped(page, robot):
 
 
 def misunderstood(page, robot):
-    page.locator("#goal").fill("make me a sandwich")
-    page.keyboard.press("Enter")
+    ask(page, "make me a sandwich")
     page.locator("#answer:not(:empty)").wait_for()
 
 

@@ -12,6 +12,7 @@ import pytest
 from tests.helpers.browsing import says, take_lease, until
 from tests.helpers.checkout import ROOT
 from tests.test_console.cut_line import Line
+from tests.test_console.person import ask
 
 pytestmark = pytest.mark.slow
 
@@ -79,8 +80,7 @@ def dry_run(tmp_path):
 
 
 def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, dry_run, snapshot):
-    port = int(dry_run.rsplit(":", 1)[1])
-    with closing(Line(port)) as line, httpx.Client(base_url=dry_run) as robot:
+    with closing(Line(dry_run)) as line, httpx.Client(base_url=dry_run) as robot:
         page = open_page(line.url, viewport={"width": 1280, "height": 900})
 
         def state():
@@ -90,8 +90,7 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
             (x, y), (x0, y0) = state()["position"], since
             return (x - x0) ** 2 + (y - y0) ** 2 > least**2
 
-        page.locator("#goal").fill("yellow chair")
-        page.keyboard.press("Enter")
+        ask(page, "yellow chair")
         until(page, lambda: "position" in state() and moved((0.0, 0.0), 0.5))
         says(page, "#candidate-title", "I see something like a yellow chair")
         seen = page.locator("#candidate-picture")
@@ -101,9 +100,8 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         found.wait_for(timeout=120_000)
 
         says(page, "#arrival-title", "Found the yellow chair after ")
-        until(
-            page, lambda: page.locator("#arrival-picture").evaluate("one => one.naturalWidth") > 100
-        )
+        reached = page.locator("#arrival-picture")
+        until(page, lambda: reached.evaluate("one => one.naturalWidth") > 100)
         says(page, "#likeness", "to “yellow chair”")
         snapshot(page, "arrived")
         take_lease(page)

@@ -80,13 +80,6 @@ def console(open_page, server, size):
     return console
 
 
-def busy(robot):
-    """Things to show: one that is done, one that runs, two that wait."""
-    robot.session.ask(["sofa", "bed", "sink", "green plant"])
-    robot.session.queue.current()
-    robot.session.queue.finish(Outcome.ARRIVED, "92% sure", (2.5, 1.5, 0.4))
-
-
 def under_stop(page):
     found = []
     for share in (0.0, 0.2, 0.4, 0.6, 0.8, 1.0):
@@ -99,7 +92,10 @@ def under_stop(page):
 @pytest.mark.slow
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_lies_under_stop_and_all_fits_in_the_width(console, size, robot, snapshot, scheme):
-    busy(robot)
+    # Things to show: one that is done, one that runs, two that wait.
+    robot.session.ask(["sofa", "bed", "sink", "green plant"])
+    robot.session.queue.current()
+    robot.session.queue.finish(Outcome.ARRIVED, "92% sure", (2.5, 1.5, 0.4))
     page = console(color_scheme=scheme)
     says(page, "#goals li.running", "Bed")
     snapshot(page, f"layout-{size}-idle-{scheme}")

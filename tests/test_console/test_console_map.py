@@ -6,13 +6,13 @@ import pytest
 
 from tests.helpers.browsing import (
     MapPicture,
-    box_of,
     says,
     stand_in,
     touch_screen,
     understood,
     until,
 )
+from tests.test_console.person import ask, fingers_on, keep_map, middle_of, press, tasks
 from vizbot.core.observer import Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
 
@@ -20,10 +20,6 @@ CORNERS = (120, 240), (300, 150)
 """Column, row of two corners in the picture of the map."""
 SCROLLED = "document.getElementById('page').scrollTop"
 CORRIDOR = [[0.5, 0.5], [1.5, 0.5], [1.5, 3.0]]
-
-
-def tasks(robot):
-    return [task.request for task in robot.session.queue.tasks()]
 
 
 def spans(zone, corners, within):
@@ -60,9 +56,7 @@ def test_the_mark_of_a_place_lies_under_the_finger_and_stays_there_as_the_map_gr
 ):
     page.mouse.click(*picture.on_page(300, 120))
     mark = page.locator("#overlay .chosen:not(.halo)")
-    box = box_of(mark)
-    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    assert np.abs(np.subtract(middle, picture.on_page(300, 120))).max() < 1.5
+    assert np.abs(np.subtract(middle_of(mark), picture.on_page(300, 120))).max() < 1.5
     before = mark.get_attribute("transform")
     robot.grow()
     until(page, lambda: mark.get_attribute("transform") != before)
@@ -80,13 +74,11 @@ def test_a_bar_shows_the_scale_of_the_map(page, picture):
 def test_a_place_is_chosen_by_keyboard_alone(page, picture, robot):
     page.locator("#map").focus()
     says(page, "#map-said", "Arrow keys move the cross")
-    for key in ("ArrowRight", "ArrowRight", "ArrowRight", "Shift+ArrowUp"):
-        page.keyboard.press(key)
+    press(page, "ArrowRight", "ArrowRight", "ArrowRight", "Shift+ArrowUp")
     says(page, "#map-said", "The cross is 0.3 m right and 0.5 m up from the robot.")
     page.keyboard.press("Enter")
     says(page, "#map-said", "Chosen: 0.3 m right and 0.5 m up from the robot.")
-    page.keyboard.press("Tab")
-    page.keyboard.press("Enter")
+    press(page, "Tab", "Enter")
     until(page, lambda: tasks(robot) == [Waypoint(2.3, 2.5)])
     assert page.evaluate("document.activeElement.id") == "map"
 
@@ -106,16 +98,11 @@ def test_a_zone_is_drawn_with_the_mouse_listed_and_removed(page, picture, robot)
 
 def test_a_zone_is_drawn_by_keyboard_alone(page, picture, robot):
     page.locator("#zones-open").press("Enter")
-    for key in ("Shift+ArrowLeft", "Shift+ArrowDown"):
-        page.keyboard.press(key)
-    page.keyboard.press("Enter")
+    press(page, "Shift+ArrowLeft", "Shift+ArrowDown", "Enter")
     says(page, "#map-said", "Now the opposite corner.")
-    page.keyboard.press("ArrowRight")
-    page.keyboard.press("Enter")
+    press(page, "ArrowRight", "Enter")
     says(page, "#map-said", "That is too narrow")
-    page.keyboard.press("Shift+ArrowRight")
-    page.keyboard.press("Shift+ArrowUp")
-    page.keyboard.press("Enter")
+    press(page, "Shift+ArrowRight", "Shift+ArrowUp", "Enter")
     says(page, "#zones", "0.6 m by 0.5 m")
     assert spans(robot.pipeline.keep_out[0], [(1.5, 1.5), (2.1, 2.0)], 0.001)
 
@@ -126,16 +113,12 @@ def test_a_zone_is_drawn_with_a_finger_and_the_page_stays_where_it_is(open_page,
     picture = MapPicture(page, server)
     page.get_by_role("button", name="Keep-out zones").tap()
     before = page.evaluate(SCROLLED)
-    touch = page.context.new_cdp_session(page)
+    move = fingers_on(page)
     (x, y), (to_x, to_y) = (picture.on_page(*corner) for corner in CORNERS)
-    for kind, points in (
-        ("touchStart", [(x, y)]),
-        ("touchMove", [(x, to_y)]),
-        ("touchMove", [(to_x, to_y)]),
-        ("touchEnd", []),
-    ):
-        points = [{"x": column, "y": row} for column, row in points]
-        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    move("touchStart", (x, y))
+    move("touchMove", (x, to_y))
+    move("touchMove", (to_x, to_y))
+    move("touchEnd")
     says(page, "#zones", "Zone 1")
     (zone,) = robot.pipeline.keep_out
     assert spans(zone, [picture.on_floor(*corner) for corner in CORNERS], 2 * picture.pixel)
@@ -170,8 +153,7 @@ def test_a_zone_that_comes_while_another_one_is_sent_is_not_lost(page, picture, 
 
 
 def test_a_map_is_kept_replaced_left_and_used_again(page, robot):
-    page.get_by_label("Keep this map as").fill("ground floor")
-    page.keyboard.press("Enter")
+    keep_map(page, "ground floor")
     says(page, "#maps-said", "Kept as “ground floor”.")
     says(page, "#maps b", "ground floor")
 
@@ -203,8 +185,7 @@ def test_a_map_is_kept_replaced_left_and_used_again(page, robot):
 
 
 def test_what_is_no_name_is_asked_for_again(page):
-    page.get_by_label("Keep this map as").fill("../home")
-    page.keyboard.press("Enter")
+    keep_map(page, "../home")
     says(page, "#maps-said", "Give it a name of letters")
     says(page, "#maps", "None yet.")
 
@@ -224,8 +205,7 @@ def test_a_question_is_answered_with_yes_or_no_and_its_place_is_marked(page, pic
     says(page, "#answer", "did you mean “sofa”?")
     page.get_by_role("button", name="No", exact=True).click()
     says(page, "#answer", "Nothing was asked for.")
-    page.locator("#goal").fill("where is the sopha")
-    page.keyboard.press("Enter")
+    ask(page, "where is the sopha")
     page.get_by_role("button", name="Yes", exact=True).click()
     says(page, "#answer", "The sofa is in the living room.")
     page.locator("#doubt").wait_for(state="hidden")
@@ -259,11 +239,9 @@ def test_the_robot_is_sent_back_and_to_its_dock(page, robot):
     page.get_by_role("button", name="Dock").click()
     says(page, "#answer", "Asked to go to its charger.")
     assert tasks(robot) == [Task.COME_BACK, Task.DOCK]
-    page.locator("#goal").fill("go to the sofa, then come back")
-    page.keyboard.press("Enter")
+    ask(page, "go to the sofa, then come back")
     says(page, "#answer", "Asked for: go to sofa, then come back")
     assert tasks(robot)[2:] == ["sofa", Task.COME_BACK]
-    page.locator("#goal").fill("stop")
-    page.keyboard.press("Enter")
+    ask(page, "stop")
     says(page, "#answer", "Stopped")
     says(page, "#goals", "Not done: stopped by you")

@@ -76,7 +76,6 @@ def test_a_map_is_renamed_by_keyboard_alone(page, maps):
 
 
 def test_what_others_rename_and_delete_is_seen(page, maps, server):
-
     httpx.post(f"{server.url}/maps/home/rename", json={"name": "office"}).raise_for_status()
     says(page, "#maps b", "office")
     httpx.delete(f"{server.url}/maps/office").raise_for_status()

@@ -62,6 +62,11 @@ def microphone_is_closed(page):
     return page.evaluate(OPEN_MICROPHONES) == 0
 
 
+def hold_key(page):
+    page.keyboard.down("t")
+    says(page, "#answer", "Listening.")
+
+
 def hold_button(page):
     page.locator("#talk").hover()
     page.mouse.down()
@@ -84,8 +89,7 @@ def test_what_is_said_while_the_button_is_held_is_sent_and_understood(page, reco
 
 def test_a_key_talks_too_but_not_in_a_text_field(page, recordings):
     page.keyboard.down("t")
-    page.keyboard.down("t")
-    says(page, "#answer", "Listening.")
+    hold_key(page)
     page.keyboard.up("t")
     says(page, "#answer", "Heard:")
     page.locator("#goal").focus()
@@ -106,8 +110,7 @@ def test_stop_works_while_somebody_talks_and_nothing_is_sent(page, robot, record
     ):
         robot.session.ask(["sofa"])
         until(page, lambda: not robot.session.stopped.is_set())
-        page.keyboard.down("t")
-        says(page, "#answer", "Listening.")
+        hold_key(page)
         stop()
         until(page, robot.session.stopped.is_set)
         says(page, "#answer", "What you said was not sent.")
@@ -120,8 +123,7 @@ def test_stop_works_while_somebody_talks_and_nothing_is_sent(page, robot, record
 def test_stop_calls_off_what_is_still_being_worked_out(page, robot):
     held = []
     page.route("**/heard?*", lambda route: held.append(route))
-    page.keyboard.down("t")
-    says(page, "#answer", "Listening.")
+    hold_key(page)
     page.keyboard.up("t")
     says(page, "#answer", "Working out what you said.")
     until(page, lambda: held)
@@ -136,8 +138,7 @@ def test_who_leaves_the_page_is_not_heard(page, recordings, leave):
     page.evaluate(
         "globalThis.hide = () => document.dispatchEvent(new Event('visibilitychange')); null"
     )
-    page.keyboard.down("t")
-    says(page, "#answer", "Listening.")
+    hold_key(page)
     page.evaluate(leave)
     says(page, "#answer", "What you said was not sent.")
     page.keyboard.up("t")
@@ -193,8 +194,7 @@ def test_it_says_why_it_does_not_listen(page, recordings):
 def test_who_drives_may_talk(page, robot, recordings):
     take_lease(page)
     page.keyboard.down("w")
-    page.keyboard.down("t")
-    says(page, "#answer", "Listening.")
+    hold_key(page)
     until(page, lambda: not robot.rests)
     page.keyboard.up("t")
     says(page, "#answer", "Heard:")
@@ -216,8 +216,8 @@ def test_where_the_browser_gives_no_microphone_the_page_says_why(open_page, serv
 
 
 def test_the_microphone_is_allowed_for_this_page_alone(page):
-    policy = page.request.get(page.url).headers["permissions-policy"]
-    assert policy == "microphone=(self)"
+    headers = page.request.get(page.url).headers
+    assert headers["permissions-policy"] == "microphone=(self)"
 
 
 def test_a_spoken_yes_answers_the_question_that_waits(page):
@@ -236,9 +236,8 @@ def test_a_spoken_yes_answers_the_question_that_waits(page):
     stand_in(page, "/heard", hear)
     stand_in(page, "/said", take)
     for answer in ("Did you mean the sofa?", "Going to the sofa."):
-        page.get_by_role("button", name=HOLD).hover()
-        page.mouse.down()
-        says(page, "#answer", "Listening.")
+        says(page, "#talk", HOLD)
+        hold_button(page)
         page.mouse.up()
         says(page, "#answer", answer)
     assert typed == []
@@ -258,8 +257,7 @@ def test_a_robot_hears_through_the_page_with_the_model_it_was_given(
     ):
         page = browser.new_page()
         page.goto(server.url)
-        page.keyboard.down("t")
-        says(page, "#answer", "Listening.")
+        hold_key(page)
         page.wait_for_timeout(4000)
         page.keyboard.up("t")
         says(page, "#answer", "asked for: go to kitchen, then sofa")

@@ -5,6 +5,7 @@ import pytest
 
 from tests.helpers.boxes import ASKEW_MIDDLE, askew_room
 from tests.helpers.browsing import MapPicture, box_of, says, stand_in, touch_screen, until
+from tests.test_console.person import fingers_on, middle_of, press, tasks
 from vizbot.objectnav.tasks import Waypoint
 
 ANGLE = 0.4
@@ -31,9 +32,9 @@ def went(page, robot):
     """Where the robot is sent once there is a place to send it to."""
     says(page, "#map-said", "Chosen:")
     page.get_by_role("button", name="Go here").click()
-    until(page, lambda: robot.session.queue.tasks() != [])
-    (task,) = robot.session.queue.tasks()
-    return task.request.xy
+    until(page, lambda: tasks(robot) != [])
+    (place,) = tasks(robot)
+    return place.xy
 
 
 def width(page):
@@ -69,15 +70,13 @@ def test_marks_lie_on_a_turned_map_where_they_are(page, turned, robot):
     )
     robot.session.log.write("map", "another line")  # it is read anew
     says(page, "#overlay .room", "study")
-    box = box_of(page.locator("#overlay .room"))
-    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    middle = middle_of(page.locator("#overlay .room"))
     np.testing.assert_allclose(turned.seen_at(*middle), ASKEW_MIDDLE, atol=3 * turned.pixel)
 
 
 def test_the_cross_moves_along_the_walls_of_a_turned_map(page, turned, robot):
     page.locator("#map").focus()
-    for key in ("ArrowRight", "ArrowRight", "Shift+ArrowUp"):
-        page.keyboard.press(key)
+    press(page, "ArrowRight", "ArrowRight", "Shift+ArrowUp")
     says(page, "#map-said", "The cross is 0.2 m right and 0.5 m up from the robot.")
     page.keyboard.press("Enter")
     expected = np.array([2.0, 2.0]) + turned.along(0.2, 0.5)
@@ -92,8 +91,7 @@ def test_a_zone_is_upright_on_a_turned_map(page, turned, robot):
     pixels = [(150, 240), (300, 240), (300, 150), (150, 150)]
     expected = [turned.on_floor(*pixel) for pixel in pixels]
     assert all(np.linalg.norm(zone - corner, axis=1).min() < turned.pixel for corner in expected)
-    size = f"{150 * turned.pixel:.1f} m by {90 * turned.pixel:.1f} m"
-    says(page, "#zones", size)
+    says(page, "#zones", f"{150 * turned.pixel:.1f} m by {90 * turned.pixel:.1f} m")
     box = box_of(page.locator("#overlay .zone"))
     low, high = turned.on_page(150, 150), turned.on_page(300, 240)
     found = [box["x"], box["y"], box["x"] + box["width"], box["y"] + box["height"]]
@@ -106,8 +104,7 @@ def test_the_wheel_enlarges_about_the_pointer_and_a_click_goes_where_it_points(p
     np.testing.assert_allclose(turned.seen_at(x, y), before, atol=turned.pixel)
     expected = turned.seen_at(x + 60, y - 40)
     page.mouse.click(x + 60, y - 40)
-    mark = box_of(page.locator("#overlay .chosen:not(.halo)"))
-    middle = [mark["x"] + mark["width"] / 2, mark["y"] + mark["height"] / 2]
+    middle = middle_of(page.locator("#overlay .chosen:not(.halo)"))
     np.testing.assert_allclose(middle, [x + 60, y - 40], atol=1.5)
     np.testing.assert_allclose(went(page, robot), expected, atol=turned.pixel / 2)
 
@@ -171,12 +168,9 @@ def test_the_bar_and_marks_keep_their_size_while_the_map_is_enlarged(page, pictu
 
 def test_the_cross_is_kept_in_the_part_that_is_shown(page, picture):
     page.locator("#map").focus()
-    for _ in range(3):
-        page.keyboard.press("+")
-    for _ in range(3):
-        page.keyboard.press("Shift+ArrowRight")
-    cross, frame = (box_of(page.locator(part)) for part in ("#overlay .cross.halo", "#map"))
-    middle = cross["x"] + cross["width"] / 2
+    press(page, *3 * ["+"], *3 * ["Shift+ArrowRight"])
+    middle, _ = middle_of(page.locator("#overlay .cross.halo"))
+    frame = box_of(page.locator("#map"))
     assert frame["x"] < middle < frame["x"] + frame["width"]
 
 
@@ -205,13 +199,7 @@ def fingers(open_page, server):
     page = open_page(server.url, **PHONE)
     page.get_by_role("button", name="Map", exact=True).tap()
     picture = MapPicture(page, server)
-    touch = page.context.new_cdp_session(page)
-
-    def move(kind, *points):
-        at = [{"id": finger, "x": x, "y": y} for finger, (x, y) in enumerate(points)]
-        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": at})
-
-    yield page, picture, move
+    yield page, picture, fingers_on(page)
     assert page.complaints == []
 
 
@@ -257,10 +245,6 @@ def test_a_robot_that_is_sent_to_a_place_by_keyboard_goes_there_on_an_enlarged_m
     page, picture, robot
 ):
     page.locator("#map").focus()
-    page.keyboard.press("+")
-    page.keyboard.press("Shift+ArrowRight")
-    page.keyboard.press("Enter")
+    press(page, "+", "Shift+ArrowRight", "Enter")
     page.get_by_role("button", name="Go here").press("Enter")
-    until(
-        page, lambda: [one.request for one in robot.session.queue.tasks()] == [Waypoint(2.5, 2.0)]
-    )
+    until(page, lambda: tasks(robot) == [Waypoint(2.5, 2.0)])

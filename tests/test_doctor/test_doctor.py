@@ -13,6 +13,7 @@ from transformers import CLIPVisionModel
 from typer.testing import CliRunner
 
 from mapping.clip.encoder import untrained_images
+from tests.helpers.failing import raising
 from vizbot import doctor
 from vizbot.cli import app as cli
 from vizbot.commands.doctor import require_well
@@ -66,10 +67,7 @@ def test_what_hangs_does_not_keep_the_rest_from_being_told(tmp_path, monkeypatch
 
 
 def test_what_raises_does_not_either(tmp_path, monkeypatch):
-    def broken():
-        raise RuntimeError("xioctl failed,\n errno=5")
-        yield
-
+    broken = raising(RuntimeError("xioctl failed,\n errno=5"))
     monkeypatch.setattr("vizbot.doctor._time", broken)
     findings = examine(Config(serial_port="/dev/ttyNONE"), WallClock(), tmp_path)
     [clock] = [each for each in findings if each.subject == "clock"]
@@ -140,10 +138,10 @@ def timed(monkeypatch, mean_colours):
     """
 
     def timed(took=lambda count, before: 0.0, **settings):
-        clock, asked, sizes = FakeClock(), [], []
+        clock, asked, sizes = SimulatedClock(period=0.001), [], []
 
         def embed_images(images):
-            clock.time += took(len(images), sizes)
+            clock.sleep(took(len(images), sizes))
             sizes.append(len(images))
             return mean_colours.embed_images(images)
 
@@ -152,8 +150,7 @@ def timed(monkeypatch, mean_colours):
         monkeypatch.setattr(
             "vizbot.doctor.open_encoder", lambda *name: asked.append(name) or encoder
         )
-        config = Config.model_validate(settings)
-        clip, _ = doctor._encoder(config, clock, doctor._Trial(), False)
+        clip, _ = doctor._encoder(Config.model_validate(settings), clock, doctor._Trial(), False)
         return clip, asked, sizes
 
     return timed
@@ -234,15 +231,6 @@ def test_the_published_tower_is_timed_without_weights_and_as_large_as_it_is(monk
     monkeypatch.setattr(CLIPVisionModel, "forward", count)
     untrained_images("cpu", False)([np.zeros((40, 60, 3), np.uint8)])
     assert sizes == [(87_456_000, (1, 3, 224, 224))]
-
-
-class FakeClock:
-    """As much of a `Clock` as the check of the encoder uses."""
-
-    time = 0.0
-
-    def now(self):
-        return self.time
 
 
 def test_launch_refuses_what_is_bad_in_one_line():

@@ -1,6 +1,7 @@
 """What the doctor finds out about a base, on a simulated one; nothing moves."""
 
 import itertools
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -22,27 +23,40 @@ from vizbot.core.types import BaseMode, BaseState, Charging
 from vizbot.doctor import Grade
 
 
-@pytest.fixture
-def examined():
-    """Examine a simulated base, changed by `change`, through a port."""
-
-    def run(change=lambda stub: None, wrap=lambda port: port, **settings):
-        clock, floor = SimulatedClock(), FreeFloor()
-        with SimulatedRoomba(floor, **settings) as stub:
-            clock.attach(stub)
-            change(stub)
-            port = stub.lockstep_port(open_serial(stub.path))
-            found = examine_base(wrap(port), clock)
-            clock.sleep(0.1)
-            assert floor.wheel_travel == (0.0, 0.0)
-            assert stub.mode in (BaseMode.OFF, BaseMode.PASSIVE)
-            port.close()
-        return found
-
-    return run
+@contextmanager
+def base_on(floor, clock, change=lambda stub: None, wrap=lambda port: port, **settings):
+    """A simulated base, changed by `change`, and what opens its port."""
+    with SimulatedRoomba(floor, **settings) as stub:
+        clock.attach(stub)
+        change(stub)
+        yield stub, lambda path: wrap(stub.lockstep_port(open_serial(path)))
 
 
-def test_a_sound_base_is_described_and_never_moved(examined):
+def examined(**settings):
+    """What is found out about a simulated base; `base_on` tells the arguments."""
+    clock, floor = SimulatedClock(), FreeFloor()
+    with base_on(floor, clock, **settings) as (stub, open_port):
+        port = open_port(stub.path)
+        found = examine_base(port, clock)
+        clock.sleep(0.1)
+        assert floor.wheel_travel == (0.0, 0.0)
+        assert stub.mode in (BaseMode.OFF, BaseMode.PASSIVE)
+        port.close()
+    return found
+
+
+def sensing(packet, value):
+    return lambda stub: stub.overrides.update({packet: value})
+
+
+def silent(stub):
+    stub.publish = lambda: None
+
+
+MODE_TOO_HIGH = sensing(Packet.OI_MODE, BaseMode.PASSIVE + 1)
+
+
+def test_a_sound_base_is_described_and_never_moved():
     found = examined(charge=0.6)
     assert found.rate == pytest.approx(66.7, abs=1.0)
     assert found.spoilt == 0.0
@@ -52,28 +66,22 @@ def test_a_sound_base_is_described_and_never_moved(examined):
     assert found.firmware == "release-3.8.2"
 
 
-def test_a_line_that_spoils_bytes_is_measured(examined):
+def test_a_line_that_spoils_bytes_is_measured():
     found = examined(wrap=lambda port: NoisyPort(port, seed=1))
     assert 0.1 < found.spoilt < 0.6
     assert 20.0 < found.rate < 60.0
 
 
-def test_firmware_that_reports_its_mode_one_too_high_is_named(examined):
-    def shift(stub):
-        stub.overrides[Packet.OI_MODE] = BaseMode.PASSIVE + 1
-
-    assert examined(shift).mode_offset == 1
+def test_firmware_that_reports_its_mode_one_too_high_is_named():
+    assert examined(change=MODE_TOO_HIGH).mode_offset == 1
 
 
-def test_a_base_that_says_nothing_has_no_state(examined):
-    def silence(stub):
-        stub.publish = lambda: None
-
-    found = examined(silence)
+def test_a_base_that_says_nothing_has_no_state():
+    found = examined(change=silent)
     assert found.state is None and found.rate == 0.0 and found.firmware is None
 
 
-def test_a_base_on_its_dock_is_not_reset(examined):
+def test_a_base_on_its_dock_is_not_reset():
     sent = []
 
     def listen(port):
@@ -81,25 +89,18 @@ def test_a_base_on_its_dock_is_not_reset(examined):
         port.write = lambda command: (sent.append(command), write(command))[1]
         return port
 
-    dock = SimulatedDock(planar(0.15, 0.0, np.pi))
-    found = examined(wrap=listen, dock=dock, charge=0.5)
+    found = examined(wrap=listen, dock=SimulatedDock(planar(0.15, 0.0, np.pi)), charge=0.5)
     assert found.state.docked and found.firmware is None
     assert bytes([Opcode.RESET]) not in sent
 
 
 @pytest.fixture
 def diagnosed(monkeypatch):
-    """What the doctor says of a simulated base, by subject; `examined` tells the arguments."""
+    """What the doctor says of a simulated base, by subject; `base_on` tells the arguments."""
 
-    def run(change=lambda stub: None, wrap=lambda port: port, **settings):
+    def run(**settings):
         clock = SimulatedClock()
-        with SimulatedRoomba(FreeFloor(), **settings) as stub:
-            clock.attach(stub)
-            change(stub)
-
-            def open_port(path):
-                return wrap(stub.lockstep_port(open_serial(path)))
-
+        with base_on(FreeFloor(), clock, **settings) as (stub, open_port):
             monkeypatch.setattr("drivers.roomba.serial_port.open_serial", open_port)
             findings = list(doctor._base(Config(serial_port=stub.path), clock))
         assert clock.now() < doctor.TIMEOUT
@@ -125,10 +126,6 @@ def unplugged(port):
     return port
 
 
-def sensing(packet, value):
-    return lambda stub: stub.overrides.update({packet: value})
-
-
 def test_a_sound_base_is_good_in_every_respect(diagnosed):
     findings = diagnosed(charge=0.6)
     assert list(findings) == ["serial port", "base", "base's stream", "battery"]
@@ -142,8 +139,7 @@ def test_a_sound_base_is_good_in_every_respect(diagnosed):
     ("faults", "subject", "verdict", "found", "remedy"),
     [
         ({"wrap": unplugged}, "base", Grade.BAD, "device disconnected", "its cable"),
-        ({"change": lambda stub: setattr(stub, "publish", lambda: None)},
-         "base", Grade.BAD, "no sensor frames", "press Clean"),
+        ({"change": silent}, "base", Grade.BAD, "no sensor frames", "press Clean"),
         ({"change": one_frame_in_five_is_missing},
          "base's stream", Grade.POOR, "54 frames/s, 0.0 %", "other programs"),
         ({"wrap": chatter}, "base's stream", Grade.POOR, "67 frames/s, 3.2 %", "shorter cable"),
@@ -165,7 +161,7 @@ def test_what_is_wrong_with_a_base_is_told_with_its_remedy(
 
 
 def test_firmware_is_told_as_it_was_found(diagnosed):
-    shifted = diagnosed(sensing(Packet.OI_MODE, BaseMode.PASSIVE + 1))["base"]
+    shifted = diagnosed(change=MODE_TOO_HIGH)["base"]
     assert shifted.found.endswith("in Passive mode, reports its mode one too high")
     docked = diagnosed(dock=SimulatedDock(planar(0.15, 0.0, np.pi)))["base"]
     assert docked.found.startswith("firmware unknown")

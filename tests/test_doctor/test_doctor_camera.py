@@ -1,5 +1,6 @@
 """What the doctor finds out about a camera by looking through it."""
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,15 +27,6 @@ class StillCamera:
     bias: float = 0.005
     gravity: float = 9.8
     filter_cost: float = 0.0
-
-    def close(self):
-        pass
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *exc):
-        self.close()
 
     def read(self, timeout=1.0):
         before = self.clock.now()
@@ -75,7 +67,7 @@ def diagnosed(monkeypatch):
 
     def run(usb="3.2", imu=True, **properties):
         def plug_in(_settings, clock):
-            return StillCamera(clock, **properties)
+            return nullcontext(StillCamera(clock, **properties))
 
         identity = CameraIdentity("D435I", "0123", "5.16.0.1", usb)
         monkeypatch.setattr("drivers.realsense.camera.RealSense", plug_in)
@@ -131,7 +123,6 @@ def test_what_depth_filters_cost_is_measured_and_told(diagnosed, cost, found):
 
 
 def test_cameras_that_are_plugged_in_are_listed():
-    device = SoftwareD435i(serial="0123")
-    [found] = cameras(device.plug_in())
+    [found] = cameras(SoftwareD435i(serial="0123").plug_in())
     assert isinstance(found, CameraIdentity)
     assert found.serial == "0123" and found.usb.startswith("3")

@@ -98,9 +98,8 @@ def test_an_answer_on_the_old_map_keeps_its_proof(report_of):
     assert report.finish({}).read_text().count("was found in") == 1
 
 
-def test_the_last_map_has_only_what_happened_on_it(report_of):
-    report = report_of(*OLD, located(9, x=-0.5), EMPTY, EMPTY_ON, located(0))
-    page = report.finish({}).read_text()
+def test_the_last_map_has_only_what_happened_on_it(page_of):
+    page = page_of(*OLD, located(9, x=-0.5), EMPTY, EMPTY_ON, located(0))
     (track,) = re.findall(r'class="track" points="([^"]+)"', page)
     assert len(track.split()) == 2
     assert page.count('class="place"') == 1
@@ -152,5 +151,4 @@ def test_a_long_track_is_one_line_from_block_to_block(recorded):
 
 
 def test_who_stands_draws_no_track(recorded):
-    path = recorded(*[standing(index, 0.5) for index in range(5)])
-    assert not rows(path, "map/track/0000")
+    assert not rows(recorded(*[standing(index, 0.5) for index in range(5)]), "map/track/0000")

@@ -118,8 +118,7 @@ def test_candidates_are_the_best_places_above_the_threshold_apart_from_one_anoth
 
 def test_five_candidates_at_most():
     points = np.column_stack([2.0 * np.arange(9), np.zeros((9, 2))])
-    scores = np.linspace(0.4, 0.5, 9)
-    found = candidates(asked(points, scores))
+    found = candidates(asked(points, np.linspace(0.4, 0.5, 9)))
     np.testing.assert_allclose(found[:, 0], [16, 14, 12, 10, 8], atol=0.01)
 
 
@@ -151,8 +150,7 @@ def test_what_is_driven_to_is_a_green_disc_in_its_ring():
 
 def in_room(angle):
     """A step in a room whose walls lie askew."""
-    grid = askew_room(angle)
-    return replace(step(0), grid=grid, T_map_base=planar(4.0, 5.5, angle))
+    return replace(step(0), grid=askew_room(angle), T_map_base=planar(4.0, 5.5, angle))
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.5, -0.7])
@@ -163,8 +161,7 @@ def test_a_turned_map_has_its_walls_upright_and_all_of_it_inside(angle):
     assert abs(lower_left[1] - lower_right[1]) <= 1 and abs(upper_left[1] - upper_right[1]) <= 1
     assert abs(lower_left[0] - upper_left[0]) <= 1 and abs(lower_right[0] - upper_right[0]) <= 1
     assert lower_left[0] < lower_right[0] and upper_left[1] < lower_left[1]
-    picture = panel("obstacle map", shown, NO_TRACK, angle)
-    dark = picture.max(axis=2) < 100
+    dark = panel("obstacle map", shown, NO_TRACK, angle).max(axis=2) < 100
     rows, columns = np.nonzero(dark)
     assert abs(columns.min() - lower_left[0]) < 12 and abs(columns.max() - lower_right[0]) < 12
     assert abs(rows.min() - upper_left[1]) < 12 and abs(rows.max() - lower_left[1]) < 12

@@ -6,17 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.helpers.served import step as standing
+from tests.helpers.watched_robot import first_step
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome
 from vizbot.core.place_scores import PlaceScores
-from vizbot.core.types import ImuSamples, Intrinsics, OccupancyGrid, RGBDFrame, Tracking
+from vizbot.core.types import Tracking
 from vizbot.operator.figures.panels import TILE, panels
-from vizbot.operator.report.report import VIDEO, Report
+from vizbot.operator.report.report import VIDEO
 
 RED, GREEN = (205, 45, 40), (30, 150, 60)
-
-
 POINTS = np.array([[3.5, 2.5, 0.4], [1.5, 1.5, 0.4]])
 CANDIDATE = Candidate(np.array([3.5, 2.5, 0.4]), 0.4, 0, np.array([16, 8, 48, 40]))
 
@@ -24,20 +22,14 @@ CANDIDATE = Candidate(np.array([3.5, 2.5, 0.4]), 0.4, 0, np.array([16, 8, 48, 40
 @pytest.fixture
 def step():
     rng = np.random.default_rng(0)
-    camera = Intrinsics(64, 48, 60.0, 60.0, 31.5, 23.5)
+    plain = first_step()
     depth = rng.uniform(0.5, 4.0, (48, 64)).astype(np.float32)
     depth[:10] = 0.0
-    occupancy = np.full((80, 100), 0.5, np.float32)
-    occupancy[20:60, 20:80] = 0.1
-    occupancy[20, 20:80] = 0.9
+    plain.grid.occupancy[20, 20:80] = 0.9
     rgb = rng.integers(0, 255, (48, 64, 3), np.uint8)
-    plain = standing(0)
     return replace(
         plain,
-        frame=RGBDFrame(0.0, rgb, depth, camera, ImuSamples.none()),
-        estimate=replace(plain.estimate, is_keyframe=True),
-        T_map_base=planar(2.0, 2.0, 0.5),
-        grid=OccupancyGrid(occupancy, 0.05, np.zeros(2)),
+        frame=replace(plain.frame, rgb=rgb, depth=depth),
         goal="yellow <chair>",
         activity="looking closer",
         path=np.array([[2.0, 2.0], [2.5, 2.0], [3.5, 2.5]]),
@@ -64,8 +56,7 @@ def test_there_are_four_pictures_of_one_size(step):
 
 
 def test_the_obstacle_map_has_the_robot_in_red_and_path_and_goal_in_green(step):
-    track = np.array([[1.5, 2.0], [2.0, 2.0]])
-    picture = panels(step, track)["obstacle map"]
+    picture = panels(step, np.array([[1.5, 2.0], [2.0, 2.0]]))["obstacle map"]
     assert has_colour(picture, RED)
     assert has_colour(picture, GREEN)
     assert {60, 205, 255} <= set(np.unique(picture[..., 0]))
@@ -91,8 +82,7 @@ def test_the_page_is_one_file_that_plays_the_video_and_escapes_the_goal(step, re
     sources = re.findall(r'src="([^"]{0,20})', page)
     assert len(sources) == 6
     assert all(source.startswith("data:") for source in sources)
-    video = cv2.VideoCapture(str(tmp_path / "run.webm"))
-    readable, frame = video.read()
+    readable, frame = cv2.VideoCapture(str(tmp_path / "run.webm")).read()
     assert readable and frame.shape == (*VIDEO[::-1], 3)
 
 
@@ -104,9 +94,8 @@ def test_the_last_map_shows_the_path_to_what_was_found(step, page_of):
     assert green[0] > green[1] + 50
 
 
-def test_a_run_without_a_frame_has_a_page_too(tmp_path):
-    page = Report(tmp_path, None).finish({"steps": 0}).read_text()
-    assert "<video" not in page
+def test_a_run_without_a_frame_has_a_page_too(page_of):
+    assert "<video" not in page_of()
 
 
 @pytest.fixture
@@ -155,11 +144,8 @@ def test_the_patch_that_was_found_is_boxed_in_its_picture(step, page_of):
 
 def test_the_picture_of_the_latest_answer_is_its_best_place(step, report_of):
     report = report_of(step, replace(step, index=1, frame_number=3))
-    first, later, unseen = (
-        GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)),
-        GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)),
-        GoalReport("sofa", Outcome.ARRIVED, "", (replace(CANDIDATE, frame=99), CANDIDATE)),
-    )
+    first, later = (GoalReport("sofa", Outcome.ARRIVED, "", (CANDIDATE,)) for _ in range(2))
+    unseen = replace(later, candidates=(replace(CANDIDATE, frame=99), CANDIDATE))
     assert report.picture_of(first) is None
     report.on_goal(first)
     assert report.picture_of(first)[:2] == b"\xff\xd8"

@@ -20,19 +20,18 @@ def waiting(index, x=0.0, **changes):
     return replace(standing(index, x), goal="", activity="mapping", frames=frames, **changes)
 
 
-def size(folder, kept):
+def size(kept):
     """So many pictures in the video, places in the track, bytes on the disk."""
     files = sum(segment._file.seek(0, 2) for segment in kept._frame_store._segments)
     return kept._drawn, len(kept._track.xy), files
 
 
-def test_who_waits_adds_nothing(tmp_path):
-    kept = Report(tmp_path, None)
-    kept.on_step(waiting(0))
-    before = size(tmp_path, kept)
+def test_who_waits_adds_nothing(report_of):
+    kept = report_of(waiting(0))
+    before = size(kept)
     for index in range(1, 400):
         kept.on_step(waiting(index, 0.002 * (index % 3)))
-    assert size(tmp_path, kept) == before
+    assert size(kept) == before
     assert len(kept._frame_store._waiting) == frame_store._WAITING
     page = kept.finish({}).read_text()
     assert "<video" in page and "<td>0.0<td>0<td>mapping" in page
@@ -43,33 +42,30 @@ def test_who_waits_adds_nothing(tmp_path):
     [waiting(2, 0.02), waiting(2, command=STOP), replace(waiting(2), goal="sofa")],
     ids=["moved", "commanded", "asked"],
 )
-def test_who_does_something_is_drawn(tmp_path, step):
-    kept = Report(tmp_path, None)
-    kept.on_step(waiting(0))
-    kept.on_step(step)
-    assert size(tmp_path, kept)[:2] == (2, 2)
+def test_who_does_something_is_drawn(report_of, step):
+    assert size(report_of(waiting(0), step))[:2] == (2, 2)
 
 
-def test_a_usual_run_is_drawn_as_ever(tmp_path, monkeypatch):
-    drawn, kept = [], Report(tmp_path, None)
-    monkeypatch.setattr(kept, "_draw", lambda step, _: drawn.append(step.index))
-    for index in range(301):
-        kept.on_step(standing(index))
+@pytest.fixture
+def drawn(monkeypatch):
+    """The numbers of the steps that are drawn."""
+    drawn = []
+    monkeypatch.setattr(Report, "_draw", lambda _, step, *__: drawn.append(step.index))
+    return drawn
+
+
+def test_a_usual_run_is_drawn_as_ever(report_of, drawn):
     ended = replace(standing(301), ended=(Outcome.ARRIVED, "near by"))
-    kept.on_step(ended)
+    kept = report_of(*map(standing, range(301)), ended)
     kept.finish({})
     assert drawn == [*range(0, 301, 2), 301]
     assert len(kept._track.xy) == 302
 
 
-def test_a_long_video_grows_ever_more_slowly_and_ends(tmp_path, monkeypatch):
+def test_a_long_video_grows_ever_more_slowly_and_ends(page_of, drawn, monkeypatch):
     monkeypatch.setattr(report, "_PICTURES", 9)
     monkeypatch.setattr(report, "_THINNED", 3)
-    drawn, kept = [], Report(tmp_path, None)
-    monkeypatch.setattr(kept, "_draw", lambda step, _: drawn.append(step.index))
-    for index in range(200):
-        kept.on_step(standing(index))
-    kept.finish({})
+    page_of(*map(standing, range(200)))
     assert drawn == [0, 2, 4, 8, 12, 16, 24, 32, 40]
 
 
@@ -126,12 +122,9 @@ def test_the_frame_store_of_a_long_run_has_the_newest_pictures(tmp_path, monkeyp
     kept.close()
 
 
-def test_only_the_last_goals_have_pictures(tmp_path, monkeypatch):
+def test_only_the_last_goals_have_pictures(page_of, monkeypatch):
     monkeypatch.setattr(report, "_ILLUSTRATED", 3)
-    kept = Report(tmp_path, None)
-    kept.on_step(waiting(0))
     place = Candidate(np.array([0.2, 0.1, 0.4]), 0.4, 0, np.array([8, 4, 16, 12], np.int32))
-    for number in range(5):
-        kept.on_goal(GoalReport(f"sofa {number}", Outcome.LOCATED, "similar", (place,)))
-    page = kept.finish({}).read_text()
+    sofas = (GoalReport(f"sofa {i}", Outcome.LOCATED, "similar", (place,)) for i in range(5))
+    page = page_of(waiting(0), *sofas)
     assert page.count("was found in") == 3 and "Found the sofa 0 on the map" in page

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.helpers.browsing import found_by_axe, until
+from tests.helpers.browsing import found_by_axe, touch_screen, until
 from tests.helpers.served import scored
 from tests.helpers.served import step as standing
 from vizbot.core.observer import Candidate, Effort, GoalReport, Outcome
@@ -45,13 +45,7 @@ def small_run(tmp_path):
 def test_the_report_fits_a_phone_and_is_accessible_by_day_and_night(
     open_page, small_run, snapshot, scheme
 ):
-    page = open_page(
-        small_run,
-        viewport={"width": 360, "height": 640},
-        is_mobile=True,
-        has_touch=True,
-        color_scheme=scheme,
-    )
+    page = open_page(small_run, **touch_screen(360, 640), color_scheme=scheme)
     for closed in page.locator("details:not([open]) summary").all():
         closed.tap()
     pictures = page.locator("img")
@@ -69,15 +63,13 @@ def test_the_report_fits_a_phone_and_is_accessible_by_day_and_night(
 
 def test_before_it_is_played_the_video_shows_how_the_run_ended(open_page, small_run):
     page = open_page(small_run, viewport={"width": 360, "height": 640})
-    poster = page.locator("video").get_attribute("poster")
-    size = page.evaluate(
-        """async (source) => {
+    size = page.locator("video").evaluate(
+        """async (video) => {
             const poster = new Image();
-            poster.src = source;
+            poster.src = video.poster;
             await poster.decode();
             return [poster.naturalWidth, poster.naturalHeight];
-        }""",
-        poster,
+        }"""
     )
     assert size == [*VIDEO]
 

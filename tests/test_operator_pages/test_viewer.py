@@ -92,8 +92,7 @@ def test_matching_patches_are_boxed_in_the_picture_they_were_cut_from(recorded):
 
 def test_keyframes_and_closed_loops_are_where_the_graph_has_them(recorded):
     poses = {4: planar(1.0, 0.0, 0.0), 7: planar(2.0, 1.0, 0.5), 9: planar(1.0, 0.2, 3.0)}
-    step = replace(standing(0), keyframe_poses=poses, closures=[(4, 9)])
-    path = recorded(step)
+    path = recorded(replace(standing(0), keyframe_poses=poses, closures=[(4, 9)]))
     shown = at(path, "map/keyframes", 0)["Points3D:positions"]
     np.testing.assert_allclose(shown, [[1.0, 0.0, 0.0], [2.0, 1.0, 0.0], [1.0, 0.2, 0.0]])
     (line,) = at(path, "map/closures", 0)["LineStrips3D:strips"]
@@ -128,8 +127,7 @@ def test_path_target_and_frontiers_come_and_go(recorded):
 
 
 def test_the_robot_its_track_and_its_pictures_are_recorded(recorded):
-    steps = [standing(index, 0.1 * index) for index in range(3)]
-    path = recorded(*steps)
+    path = recorded(*[standing(index, 0.1 * index) for index in range(3)])
     np.testing.assert_allclose(
         at(path, "map/robot", 2)["Transform3D:translation"], [[0.2, 0.0, 0.0]], atol=1e-6
     )
@@ -166,8 +164,7 @@ def test_a_robot_that_rests_is_recorded_seldom_until_something_happens(recorded)
 def test_another_map_is_recorded_at_once_though_the_robot_rests(recorded):
     resting = replace(watched(0), goal="", activity="mapping")
     other = replace(resting, index=1, map_number=1, points=resting.points + 1.0)
-    path = recorded(resting, other)
-    shown = at(path, "map/elements/0000", 1)["Points3D:positions"]
+    shown = at(recorded(resting, other), "map/elements/0000", 1)["Points3D:positions"]
     np.testing.assert_allclose(shown, other.points)
 
 
@@ -207,8 +204,7 @@ def test_the_battery_is_plotted_where_it_is_known_and_has_changed(tmp_path):
 def test_keyframes_leave_a_coloured_cloud_that_moves_with_them(recorded):
     step = standing(0)
     step = replace(step, estimate=replace(step.estimate, is_keyframe=True))
-    moved = replace(standing(1), keyframe_poses={0: planar(0.5, 0.0, 0.0)})
-    path = recorded(step, moved)
+    path = recorded(step, replace(standing(1), keyframe_poses={0: planar(0.5, 0.0, 0.0)}))
     cloud = [row for row in rows(path, "map/cloud/0") if row.get("Points3D:positions")]
     assert len(cloud) == 1 and len(cloud[0]["Points3D:positions"]) == 4
     np.testing.assert_allclose(np.array(cloud[0]["Points3D:positions"])[:, 2], 1.0)

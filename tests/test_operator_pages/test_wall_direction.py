@@ -49,8 +49,7 @@ def test_without_walls_there_is_none():
     few = np.zeros((100, 100))
     few[20, :80] = 1
     assert wall_direction(grid_of(few)) is None
-    rng = np.random.default_rng(3)
-    assert wall_direction(grid_of(rng.random((200, 200)) < 0.1)) is None
+    assert wall_direction(grid_of(np.random.default_rng(3).random((200, 200)) < 0.1)) is None
     rows, cols = np.mgrid[:200, :200] - 100
     assert wall_direction(grid_of(np.abs(np.hypot(rows, cols) - 70) < 2)) is None
 
