@@ -66,15 +66,13 @@ class LoopedCamera(Closeable):
 
     def read(self, timeout: float = 1.0) -> RGBDFrame:
         """Wait for the next frame and return it."""
-        self._clock.sleep(max(0.0, self._began + (self._shown + 1) / _CAMERA_RATE - self._now()))
-        due = int((self._now() - self._began) * _CAMERA_RATE)
+        next_at = self._began + (self._shown + 1) / _CAMERA_RATE
+        self._clock.sleep(max(0.0, next_at - self._clock.now()))
+        due = int((self._clock.now() - self._began) * _CAMERA_RATE)
         for _ in range(due - self._shown):
             frame = next(self._frames)
         self._shown = due
         return replace(frame, stamp=self._began + due / _CAMERA_RATE)
-
-    def _now(self) -> float:
-        return self._clock.now()
 
     def close(self) -> None:
         """Do nothing: the camera holds no resource."""

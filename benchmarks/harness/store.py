@@ -71,12 +71,11 @@ class Store(Generic[T]):
         """Results with this key, with their commits and machines."""
         return [stored for stored in self._lines if stored.key == key]
 
-    def fullest(self, wanted: Callable[[T], bool] = lambda result: True) -> list[StoredResult[T]]:
-        """The wanted results with the key that has most of them; the newest key among equals."""
+    def fullest(self) -> list[StoredResult[T]]:
+        """The results with the key that has most of them; the newest key among equals."""
         by_key: dict[str, list[StoredResult[T]]] = {}
         for stored in self._lines:
-            if wanted(stored.result):
-                by_key.setdefault(stored.key, []).append(stored)
+            by_key.setdefault(stored.key, []).append(stored)
         return max(reversed(by_key.values()), key=len, default=[])
 
     def newest(self, of: Callable[[T], Hashable]) -> list[StoredResult[T]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -177,17 +178,11 @@ def _later_goals(name: str, results: Sequence[EpisodeResult]) -> str:
 
 def _failures(results: Sequence[EpisodeResult]) -> str:
     """A table of the goals at which episodes ended early."""
-    ended = [result.goals[-1] for result in results if not result.goals[-1].success]
-    counts = {text: 0 for text in sorted({goal.text for goal in ended})}
-    for goal in ended:
-        counts[goal.text] += 1
-    commanded = [goal.text for result in results for goal in result.goals]
+    ended = Counter(r.goals[-1].text for r in results if not r.goals[-1].success)
+    commanded = Counter(goal.text for result in results for goal in result.goals)
     rows = [
-        [text, count, commanded.count(text)]
-        for text, count in sorted(counts.items(), key=lambda item: -item[1])
+        [text, count, commanded[text]]
+        for text, count in sorted(ended.items(), key=lambda item: (-item[1], item[0]))
     ]
-    return (
-        markdown_table(("goal that ended an episode", "times", "times commanded"), rows)
-        if rows
-        else ""
-    )
+    header = ("goal that ended an episode", "times", "times commanded")
+    return markdown_table(header, rows) if rows else ""

@@ -51,20 +51,17 @@ class Overshoot:
         return None if self.before is None else max(0.0, self.way - self.before)
 
 
-@dataclass(frozen=True, slots=True)
-class _Job:
-    """The episodes of a row in one home."""
-
-    home: Home
-    results: tuple[EpisodeResult, ...]
+OfHome = tuple[Home, list[EpisodeResult]]
+"""The episodes of a row in one home."""
 
 
-def overshoots(job: _Job) -> list[Overshoot]:
+def overshoots(job: OfHome) -> list[Overshoot]:
     """Of each episode, asked where its home stands."""
-    assert isinstance(job.home, int)
-    with open_benchmark_home(job.home, UNATTENDED) as world:
+    home, results = job
+    assert isinstance(home, int)
+    with open_benchmark_home(home, UNATTENDED) as world:
         found = []
-        for result in job.results:
+        for result in results:
             goal, track = result.goals[0], np.array(result.track)
             driven = np.append(0.0, np.linalg.norm(np.diff(track, axis=0), axis=1).cumsum())
             before = None
@@ -112,7 +109,7 @@ def ask(
         by_home: dict[Home, list[EpisodeResult]] = {}
         for line in stored:
             by_home.setdefault(line.result.episode.home, []).append(line.result)
-        jobs = [_Job(home, tuple(results)) for home, results in sorted(by_home.items(), key=str)]
+        jobs = sorted(by_home.items(), key=str)
         path = results_file(folder, NAME, row)
         path.unlink(missing_ok=True)
         kept = Store(path, Overshoot)
@@ -120,8 +117,8 @@ def ask(
             kept.add(stored[0].key, stored[0].commit, stored[0].hardware, *found)
 
 
-def _home_line(job: _Job, found: Sequence[Overshoot]) -> str:
-    return f"home {job.home}: {len(found)} paths"
+def _home_line(job: OfHome, found: Sequence[Overshoot]) -> str:
+    return f"home {job[0]}: {len(found)} paths"
 
 
 if __name__ == "__main__":

@@ -70,16 +70,10 @@ def run_retrieval(plan: BenchPlan) -> BenchResult:
     if plan.full:
         explorations.drop_others(key)
         queries.drop_others(key)
-    return retrieval_result(
-        [answer for answer in queries.results_with_key(key) if answer.home in seeds],
-        plan.config.perception.clip_mapper.scales,
-        [
-            exploration
-            for exploration in explorations.results_with_key(key)
-            if exploration.home in seeds
-        ],
-        smoke_test=plan.quick,
-    )
+    answers = [each for each in queries.results_with_key(key) if each.home in seeds]
+    explored = [each for each in explorations.results_with_key(key) if each.home in seeds]
+    scales = plan.config.perception.clip_mapper.scales
+    return retrieval_result(answers, scales, explored, smoke_test=plan.quick)
 
 
 def explorer_of(config: Config) -> Variant:

@@ -47,11 +47,11 @@ class Seen:
         self.map.add(keyframe, T_keyframe_cam, T_map_cam, shown(*ranges), len(self.embeddings))
         self.embeddings = np.vstack([self.embeddings, row])
 
-    def now(self, keyframe_poses=None, belief=None):
+    def now(self, keyframe_poses=None, belief=None, pictures=NO_PICTURES):
         statistics = np.tile(np.float32([0.1, 0.1]), (len(self.embeddings), 1))
         self.placed = self.map.placed(keyframe_poses or {0: np.eye(4)})
         return (belief or self.belief).update(
-            self.embeddings, statistics, NO_PICTURES, self.map.rows, self.placed
+            self.embeddings, statistics, pictures, self.map.rows, self.placed
         )
 
 
@@ -215,11 +215,9 @@ def test_a_view_counts_once_for_each_spot_and_heading():
 def test_a_question_that_is_like_many_pictures_is_believed_the_less():
     seen, believed = Seen(), []
     seen.look(camera(0, 0.1), 0.4, 1.1)
-    statistics, placed = np.tile(np.float32([0.1, 0.1]), (1, 1)), seen.map.placed({0: np.eye(4)})
     for cosine in (0.4, 0.6):
         pictures = np.tile(np.float32([cosine, np.sqrt(1 - cosine**2)]), (8, 1))
-        belief = Belief(ASKED, fitted_weights())
-        now = belief.update(seen.embeddings, statistics, pictures, seen.map.rows, placed)
+        now = seen.now(belief=Belief(ASKED, fitted_weights()), pictures=pictures)
         believed.append(at(now, 1.1, 0.1))
     assert 0.0 < believed[1] < 0.9 * believed[0]
 
@@ -281,14 +279,11 @@ def test_a_view_that_showed_no_place_is_still_to_be_taken():
 
 def test_a_place_is_believed_less_where_it_is_more_probably_another_room():
     kitchen, bathroom = np.float32([1.0, 0.0]), np.float32([0.0, 1.0])
-    statistics, poses = np.tile(np.float32([0.1, 0.1]), (1, 1)), {0: np.eye(4)}
     believed = []
     for likeness, rivals in ((0.9, ()), (0.9, (bathroom,)), (0.6, ()), (0.6, (bathroom,))):
         seen = Seen()
         seen.look(camera(0, 0.1), likeness, 1.1)
         belief = Belief(Query(kitchen, (10.0, -5.0), rivals), WEIGHTS)
-        placed = seen.map.placed(poses)
-        now = belief.update(seen.embeddings, statistics, NO_PICTURES, seen.map.rows, placed)
-        believed.append(at(now, 1.1, 0.1))
+        believed.append(at(seen.now(belief=belief), 1.1, 0.1))
     assert believed[1] == believed[0], "it is the likelier one"
     assert 0.0 < believed[3] < 0.8 * believed[2]

@@ -14,6 +14,7 @@ from mapping.clip.background.pictures import bank
 from mapping.clip.encoder import load_clip
 from mapping.clip.scores import NO_PICTURES, Background
 from tests.helpers.bundles import bundle_of
+from tests.helpers.failing import raising
 from tests.helpers.random_clip import save_tiny_clip
 from vizbot.commands.progress import BankProgress, parts_with_bank
 
@@ -82,15 +83,12 @@ def test_the_bank_is_in_the_users_cache(weights, tmp_path, monkeypatch):
     assert bank_file(encoder).is_relative_to(tmp_path / "home" / ".cache" / "vizbot")
 
 
-def cut(content):
-    return content[: len(content) // 2]
-
-
-def flipped(content):
-    return content[:-1000] + bytes([content[-1000] ^ 64]) + content[-999:]
-
-
-DAMAGE = {"cut": cut, "a bit": flipped, "empty": lambda _: b"", "text": lambda _: b"hello"}
+DAMAGE = {
+    "cut": lambda content: content[: len(content) // 2],
+    "a bit": lambda content: content[:-1000] + bytes([content[-1000] ^ 64]) + content[-999:],
+    "empty": lambda _: b"",
+    "text": lambda _: b"hello",
+}
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
@@ -122,11 +120,8 @@ def test_a_cache_that_cannot_be_written_is_one_line_and_no_error(
 
 
 def test_a_run_that_is_killed_while_it_writes_leaves_no_half_bank(weights, monkeypatch):
-    def killed(_path, _content):
-        raise KeyboardInterrupt
-
     with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr(kept_bank, "write_whole", killed)
+        patch.setattr(kept_bank, "write_whole", raising(KeyboardInterrupt()))
         Background.embedded_by(Counting(weights))
     assert not bank_file(Counting(weights)).exists()
 

@@ -85,30 +85,22 @@ def test_the_background_has_no_pictures_by_who_embeds_texts_alone():
     np.testing.assert_allclose(Background.embedded_by(Both()).pictures, means, rtol=1e-5)
 
 
-class Scaled:
-    """Embeddings whose similarities are those of others times a plus b."""
-
-    def __init__(self, a, b):
-        self.a, self.b = a, b
-
-    def images(self, rows):
-        return np.column_stack([rows * np.sqrt(self.a), np.full(len(rows), np.sqrt(self.b))])
-
-    texts = images
-
-
 @given(a=st.floats(0.2, 0.9), b=st.floats(0.01, 0.3))
 def test_scores_stay_where_all_similarities_are_scaled_and_shifted(a, b):
     rng = np.random.default_rng(5)
     elements, phrases = unit(rng.normal(size=(20, 32))), unit(rng.normal(size=(100, 32)))
-    question, scaled = unit(rng.normal(size=(1, 32))), Scaled(a, b)
+    question = unit(rng.normal(size=(1, 32)))
+
+    def scaled(rows):
+        return np.column_stack([rows * np.sqrt(a), np.full(len(rows), np.sqrt(b))])
+
     before = Query(question[0], (13.0, -5.0)).scores(
         elements, Background(phrases).statistics(elements)
     )
     undone = (13.0 / a, -5.0 - 13.0 * b / a)
-    shifted = scaled.images(elements)
-    after = Query(scaled.texts(question)[0], undone).scores(
-        shifted, Background(scaled.texts(phrases)).statistics(shifted)
+    shifted = scaled(elements)
+    after = Query(scaled(question)[0], undone).scores(
+        shifted, Background(scaled(phrases)).statistics(shifted)
     )
     assert after == pytest.approx(before, abs=2e-2)
 

@@ -9,6 +9,7 @@ from benchmarks.harness.bench_plan import UNATTENDED, BenchPlan
 from benchmarks.harness.fingerprint import Fingerprint
 from benchmarks.objectnav import absent
 from sim_stubs.homes.start_pose import things_named
+from tests.test_benchmarks.printed_table import rows_in
 from vizbot.core.home_vocabulary import THINGS
 from vizbot.core.observer import Outcome
 
@@ -30,8 +31,7 @@ ANSWERS = [
 def test_what_is_there_has_to_be_located_rightly_and_what_is_not_to_be_refused():
     result = absent.absent_result({"default": ANSWERS})
     assert result.summary == {"asked": 4, "present_asked": 4, "refused": 0.75, "found": 0.5}
-    lines = [[cell.strip() for cell in line.split("|")] for line in result.text.splitlines()]
-    right = {line[2]: line[3:5] for line in lines[2:]}
+    right = {row[1]: row[2:4] for row in rows_in(result.text)[2:]}
     assert right == {
         "present": ["4", "50.0"], "elsewhere": ["2", "50.0"], "nowhere": ["2", "100.0"]
     }  # fmt: skip

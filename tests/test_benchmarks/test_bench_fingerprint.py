@@ -135,9 +135,7 @@ def test_tests_leave_the_key(checkout, before):
 @pytest.mark.parametrize("name", ["nav", "benchmarks/slam", "benchmarks/slam/laps.py"])
 def test_a_key_of_named_sources_changes_with_each_of_them(checkout, name):
     before = fingerprint.key_of_sources("drivers", name), fingerprint.key_of_robot(name)
-    path = checkout / name
-    with (path if path.is_file() else path / "__init__.py").open("a") as file:
-        file.write("# more\n")
+    changed(checkout, name if name.endswith(".py") else f"{name}/__init__.py")
     assert fingerprint.key_of_sources("drivers", name) != before[0]
     assert fingerprint.key_of_robot(name) != before[1]
 
@@ -200,9 +198,7 @@ def changed_since(commit):
 )
 def test_oracles_and_ablations_change_only_the_rows_that_use_them(checkout, row, file):
     before = key_of(DEFAULT), key_of(row)
-    with (checkout / "benchmarks" / file).open("a") as kept:
-        kept.write("\n")
-    assert key_of(DEFAULT) == before[0] != before[1]
+    assert changed(checkout, f"benchmarks/{file}") == before[0] != before[1]
     assert key_of(row) != before[1]
 
 
@@ -213,8 +209,7 @@ def test_a_fingerprint_holds_until_a_source_changes(checkout):
     assert replace(taken, commit="c0ffee").clean and not replace(taken, commit="c0ffee+").clean
     (checkout / "docs.md").write_text("more")
     assert replace(taken, commit="c0ffee").still_holds()
-    with (checkout / "nav/astar.py").open("a") as file:
-        file.write("# more\n")
+    changed(checkout, "nav/astar.py")
     assert not taken.still_holds()
 
 

@@ -54,16 +54,14 @@ def asked(tmp_path: Path, **options) -> BenchPlan:
     return BenchPlan(Config(), tmp_path, MADE, **options)
 
 
-def test_the_board_is_every_goal_of_homes_1060_to_1067(fake, tmp_path):
-    single_goal.run_single_goal(asked(tmp_path, rows=("default",)))
-    assert fake == [
-        ("default", Episode(home, (goal,))) for home in range(1060, 1068) for goal in GOALS
-    ]
-
-
-def test_every_goal_of_every_home_is_one_episode(fake, tmp_path):
-    single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=(1007, 1003)))
-    assert fake == [("default", Episode(h, (goal,))) for h in (1007, 1003) for goal in GOALS]
+@pytest.mark.parametrize(
+    ("homes", "count"), [(None, None), ((1007, 1003), None), (("1140+bare", "1141+bare"), 3)]
+)
+def test_every_goal_of_every_home_or_its_first_ones_are_driven_to(fake, tmp_path, homes, count):
+    single_goal.run_single_goal(asked(tmp_path, rows=("default",), homes=homes, goals=count))
+    expected = [Episode(h, (goal,)) for h in homes or range(1060, 1068) for goal in GOALS[:count]]
+    assert fake == [("default", episode) for episode in expected]
+    assert not asked(tmp_path, goals=3).full
 
 
 def test_the_rows_are_driven_on_the_same_episodes(fake, tmp_path):
@@ -130,17 +128,6 @@ def test_the_default_is_held_against_the_best_single_scale_on_the_same_episodes(
     assert summary["single_scale_episodes"] == 4
     assert summary["single_scale_success_rate"] == 0.75
     assert summary["three_scale_success_rate"] == 0.75
-
-
-def test_the_first_goals_of_each_home_can_be_driven_alone(fake, tmp_path):
-    plan = asked(tmp_path, rows=("default",), homes=("1140+bare", "1141+bare"), goals=3)
-    single_goal.run_single_goal(plan)
-    assert fake == [
-        ("default", Episode(home, (goal,)))
-        for home in ("1140+bare", "1141+bare")
-        for goal in GOALS[:3]
-    ]
-    assert not asked(tmp_path, goals=3).full
 
 
 def as_kept(stuck, success=False):

@@ -17,6 +17,7 @@ from benchmarks.planner.bench import (
 )
 from benchmarks.planner.grids import planner_cases, recorded_map, recorded_maps
 from tests.helpers.failing import raising
+from tests.test_benchmarks.printed_table import rows_in
 from vizbot.core.errors import VizbotError
 
 
@@ -165,7 +166,6 @@ def test_the_page_has_a_line_for_each_kind_of_map_and_distance(tmp_path):
     assert planner_page(tmp_path, tmp_path / "planner.md") == ""
     Store(tmp_path / "runs.jsonl", PlannerRun).add("key", "c0ffee", "2 cores", RUN)
     text = planner_page(tmp_path, tmp_path / "planner.md")
-    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines()]
-    assert ["open, near", "1", "1", "4", "4.00", "4.00"] in rows
-    assert ["maze, far", "1", "1", "-", "-", "-"] in rows
+    assert ["open, near", "1", "1", "4", "4.00", "4.00"] in rows_in(text)
+    assert ["maze, far", "1", "1", "-", "-", "-"] in rows_in(text)
     assert "Over all 4 cases the median speedup is 2.0" in text and "Commit c0ffee" in text

@@ -18,6 +18,7 @@ from benchmarks.questions.bench import (
 )
 from drivers.tum_sequence import RecordedSequence
 from mapping.tum import write_trajectory
+from tests.test_benchmarks.printed_table import rows_in
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
@@ -115,8 +116,8 @@ def test_right_is_within_the_radius_and_believed_is_over_the_threshold():
         "questions": 4, "right": 0.5, "found": 0.25, "absent": 2, "refused": 0.5,
     }  # fmt: skip
     assert "First place right: 2 of 4" in outcome.text and "A toy." in outcome.text
-    rows = [line.split("|")[6].strip() for line in outcome.text.splitlines() if line[:1] == "|"]
-    assert rows[2:] == ["right", "right", "wrong", "wrong", "there is none", "there is none"]
+    said = [row[5] for row in rows_in(outcome.text)[2:]]
+    assert said == ["right", "right", "wrong", "wrong", "there is none", "there is none"]
 
 
 def test_the_page_shows_the_newest_answers_of_each_recording(tmp_path):

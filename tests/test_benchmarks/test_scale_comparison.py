@@ -1,6 +1,7 @@
 import pytest
 
 from benchmarks.objectnav.scale_comparison import ScaleComparison
+from tests.test_benchmarks.printed_table import rows_in
 
 
 def outcomes(right, of=10):
@@ -52,7 +53,6 @@ def test_without_a_common_trial_there_is_no_comparison():
 
 def test_the_table_shows_discordant_pairs_and_p_for_each_single_scale():
     singles = {"scale 1": outcomes((0, 9)), "scale 0": outcomes(range(9))}
-    lines = ScaleComparison.over(outcomes(range(9)), singles).table("success").splitlines()
-    cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
-    assert cells[2] == ["scale 1", "90.0", "20.0", "8", "1", "0.039", "yes"]
-    assert cells[3] == ["scale 0", "90.0", "90.0", "0", "0", "1", "not shown"]
+    rows = rows_in(ScaleComparison.over(outcomes(range(9)), singles).table("success"))
+    assert rows[2] == ["scale 1", "90.0", "20.0", "8", "1", "0.039", "yes"]
+    assert rows[3] == ["scale 0", "90.0", "90.0", "0", "0", "1", "not shown"]

@@ -2,6 +2,7 @@ import threading
 
 import pytest
 
+from tests.helpers.failing import raising
 from vizbot.core.clock import WallClock
 
 
@@ -17,12 +18,8 @@ def test_what_is_repeated_runs_until_it_is_stopped():
 def test_started_work_gives_its_result_or_raises_its_error():
     clock = WallClock()
     assert clock.start(lambda: 6 * 7, latency=100.0).result() == 42
-
-    def fail():
-        raise ValueError("no")
-
     with pytest.raises(ValueError, match="no"):
-        clock.start(fail, latency=0.0).result()
+        clock.start(raising(ValueError("no")), latency=0.0).result()
 
 
 def test_time_does_not_go_back():

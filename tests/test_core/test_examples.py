@@ -52,14 +52,20 @@ def room(tmp_path):
     return path
 
 
-def test_a_saved_map_is_asked(run, tmp_path):
+def kept_map(folder, text):
+    """A map that is saved in a folder, with a thing among white doors, and its encoder."""
     bundle, encoder = bundle_of(), open_encoder("embedded", "cpu")
     rows = encoder.embed_texts(["white door"]).repeat(len(bundle.elements.keyframes), axis=0)
-    rows[:20] = encoder.embed_texts(["yellow chair"])
+    rows[:20] = encoder.embed_texts([text])
     elements = replace(bundle.elements, embeddings=rows)
     lacking = {"statistics": None, "pictures": NO_PICTURES}
     bundle = replace(bundle, elements=elements, model_id=encoder.model_id, **lacking)
-    save(bundle, tmp_path / "map")
+    save(bundle, folder)
+    return bundle, encoder
+
+
+def test_a_saved_map_is_asked(run, tmp_path):
+    bundle, encoder = kept_map(tmp_path / "map", "yellow chair")
     first, *said = run("ask_saved_map.py", tmp_path / "map", "yellow chair").splitlines()
     goal, config = goal_of(encoder, "yellow chair"), Config().objectnav
     answer = find_places(with_background(bundle, encoder), goal, encoder.log_odds, config)

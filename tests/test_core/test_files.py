@@ -9,6 +9,7 @@ import pytest
 from mapping.tum import read_trajectory
 from sim_stubs.homes.textures.canvas import texture_folder
 from sim_stubs.world.mjcf_things import read_labels
+from tests.helpers.failing import raising
 from vizbot.config import load_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import (
@@ -51,11 +52,7 @@ def test_pipes_and_folders_are_left_alone(tmp_path):
 def test_a_disk_that_refuses_is_one_line_and_leaves_the_old_file(tmp_path, monkeypatch):
     path = tmp_path / "notes.txt"
     path.write_bytes(b"old")
-
-    def refuse(descriptor):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", refuse)
+    monkeypatch.setattr(os, "fsync", raising(OSError(28, "No space left on device")))
     with pytest.raises(ConfigError, match="No space left"):
         write_whole(path, b"new")
     assert path.read_bytes() == b"old"

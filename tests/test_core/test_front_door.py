@@ -2,17 +2,14 @@
 
 import subprocess
 import sys
-from dataclasses import replace
 from importlib import import_module
 
 import pytest
 
 import vizbot
-from mapping.clip.scores import NO_PICTURES
-from mapping.map_bundle import save
-from tests.helpers.bundles import bundle_of
 from tests.helpers.checkout import ROOT
 from tests.helpers.served import served
+from tests.test_core.test_examples import kept_map
 from vizbot.operator.api.auth import store_token
 from vizbot.operator.session.session import OperatorSession
 
@@ -60,13 +57,7 @@ def test_what_it_does_not_export_is_refused_by_name():
 
 @pytest.mark.slow
 def test_a_saved_map_is_asked_in_three_lines(tmp_path):
-    encoder, bundle = vizbot.open_encoder("embedded", "cpu"), bundle_of()
-    rows = encoder.embed_texts(["white door"]).repeat(len(bundle.elements.keyframes), axis=0)
-    rows[:20] = encoder.embed_texts(["sofa"])
-    elements = replace(bundle.elements, embeddings=rows)
-    lacking = {"statistics": None, "pictures": NO_PICTURES}
-    bundle = replace(bundle, elements=elements, model_id=encoder.model_id, **lacking)
-    save(bundle, tmp_path / "home")
+    kept_map(tmp_path / "home", "sofa")
     saved = vizbot.SavedMap(tmp_path / "home")
     answer = saved.find("sofa")
     found = [place for place in answer.places if place.score > answer.threshold]

@@ -15,35 +15,32 @@ from vizbot.core.program.interrupts import (
     raise_held_interrupt,
 )
 
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
-
-def wrapped(error, times):
+def wrapped(error, times, kind=SystemError):
     for _ in range(times):
-        outer = SystemError("returned a result with an exception set")
+        outer = kind("returned a result with an exception set")
         outer.__cause__ = error
         error = outer
     return error
 
 
-def test_an_interrupt_is_known_however_often_compiled_code_wrapped_it():
+DISGUISED = wrapped(KeyboardInterrupt(), 1, ImportError)
+
+
+def test_an_interrupt_is_known_in_imports_by_its_name_and_however_often_it_was_wrapped():
     for times in range(4):
         assert is_interrupt(wrapped(KeyboardInterrupt(), times))
-
-
-def test_an_interrupt_is_known_in_imports_and_by_its_name():
-    failed = ImportError("initialization failed")
-    failed.__cause__ = KeyboardInterrupt()
-    assert is_interrupt(failed)
+    assert is_interrupt(DISGUISED)
     assert is_interrupt(ctypes.ArgumentError("argument 1: KeyboardInterrupt: "))
-    assert not is_interrupt(ctypes.ArgumentError("argument 1: TypeError: wrong type"))
-    assert not is_interrupt(ImportError("no such module"))
 
 
-def test_other_errors_are_none():
-    assert not is_interrupt(ValueError("no"))
-    assert not is_interrupt(wrapped(ValueError("no"), 2))
-    assert not is_interrupt(SystemError("nothing inside"))
+@pytest.mark.parametrize(
+    "error",
+    [ctypes.ArgumentError("argument 1: TypeError: wrong type"), ImportError("no such module"),
+     ValueError("no"), wrapped(ValueError("no"), 2), SystemError("nothing inside")],
+)  # fmt: skip
+def test_other_errors_are_none(error):
+    assert not is_interrupt(error)
 
 
 class SlowToEnd:
@@ -172,10 +169,8 @@ def test_each_part_is_done_whatever_becomes_of_those_before(caplog):
         done.append(error)
         raise error
 
-    disguised = ImportError("initialization failed")
-    disguised.__cause__ = KeyboardInterrupt()
     first, second = ValueError("first"), KeyboardInterrupt("second")
     assert first_error(lambda: fail(first), lambda: fail(second), lambda: done.append(3)) is first
     assert done == [first, second, 3] and caplog.messages == ["second"]
-    assert isinstance(first_error(lambda: fail(disguised)), KeyboardInterrupt)
+    assert isinstance(first_error(lambda: fail(DISGUISED)), KeyboardInterrupt)
     assert first_error(lambda: None) is None

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_stubs.homes.textures import canvas, patterns, walls
+from sim_stubs.homes.textures import canvas, finishes, patterns
 from sim_stubs.homes.textures.canvas import drawn_once
 
 
@@ -94,7 +94,7 @@ def test_a_torn_note_is_drawn_again_and_mended(dots, folder, content):
     [
         (patterns.outdoors, (3,)),
         (patterns.fabric, (3, (0.4, 0.3, 0.2), (0.1, 0.1, 0.1))),
-        (walls.bricks, (3, (0.5, 0.2, 0.1), (0.8, 0.8, 0.8), 20)),
+        (finishes.bricks, (3, (0.5, 0.2, 0.1), (0.8, 0.8, 0.8), 20)),
     ],
 )
 def test_a_texture_found_is_the_one_that_would_be_drawn(draw, arguments):

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from nav.config import FrontierConfig, NavigatorConfig
-from nav.costmap import LiveCostmap
 from nav.explored_area import ExploredArea
 from nav.frontier import FrontierSearch, area_behind, frontiers, gains
+from tests.test_nav.test_navigator import costs_on
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
 
@@ -32,10 +32,6 @@ def looked(room):
     mask = np.ones(room.occupancy.shape, bool)
     mask[53:69, 69:89] = False
     return mask
-
-
-def costs_on(grid):
-    return LiveCostmap(NAVIGATOR.costmap).update(grid)
 
 
 def frontiers_of(grid, looked):
@@ -137,36 +133,34 @@ def test_what_two_frontiers_may_show_counts_once(room, looked):
     assert area == pytest.approx(2 * corner, rel=0.02)
 
 
+def seen_from(room, x=1.0, y=2.0):
+    """What one look shows to a camera that faces along x."""
+    seen = ExploredArea()
+    seen.add_view(room, planar(x, y, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    return seen
+
+
 def test_a_look_ends_at_an_obstacle(room):
     room.occupancy[11:69, 60] = 0.7
-    seen = ExploredArea()
-    seen.add_view(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
-    mask = seen.mask_on(room)
+    mask = seen_from(room).mask_on(room)
     assert mask[40, 25:61].all() and not mask[:, 62:].any()
     assert not mask[40, :15].any()
 
 
 def test_a_look_crosses_short_gaps_of_depth_but_not_the_unknown(room):
-    seen = ExploredArea()
     room.occupancy[:, 52:58] = 0.5
-    seen.add_view(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
-    assert seen.mask_on(room)[40, 60]
-    seen = ExploredArea()
+    assert seen_from(room).mask_on(room)[40, 60]
     room.occupancy[:, 52:65] = 0.5
-    seen.add_view(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
-    assert not seen.mask_on(room)[40, 66]
+    assert not seen_from(room).mask_on(room)[40, 66]
 
 
 @pytest.mark.parametrize("x, y", [(-2.0, 2.0), (2.0, -2.0), (-50.0, 2.0), (50.0, 2.0)])
 def test_a_look_from_outside_the_map_adds_nothing(room, x, y):
-    seen = ExploredArea()
-    seen.add_view(room, planar(x, y, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
-    assert not seen.mask_on(room).any()
+    assert not seen_from(room, x, y).mask_on(room).any()
 
 
 def test_what_was_looked_at_stays_when_the_map_grows(room):
-    seen = ExploredArea()
-    seen.add_view(room, planar(1.0, 2.0, 0.0), 1.1, 4.0, 1.3, 0.4, 0.15)
+    seen = seen_from(room)
     before = seen.mask_on(room).copy()
     grown = OccupancyGrid(
         np.pad(room.occupancy, ((64, 0), (128, 64)), constant_values=np.float32(0.5)),

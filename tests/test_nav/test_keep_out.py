@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from nav.config import CostmapConfig, FrontierConfig, NavigatorConfig, Reach
-from nav.costmap import LiveCostmap, build_costmap
+from nav.costmap import build_costmap
 from nav.frontier import FrontierSearch
 from nav.navigator import GoalPoints, navigate
+from tests.test_nav.test_navigator import costs_on
 from vizbot.core.geometry import planar
 from vizbot.core.types import OccupancyGrid
 
@@ -26,10 +27,6 @@ WALL = rectangle(0.0, -9.0, 0.05, 9.0)
 
 def with_zones(*zones):
     return replace(GRID, zones=zones)
-
-
-def costs_on(grid):
-    return LiveCostmap(CostmapConfig()).update(grid)
 
 
 def way(grid, T_map_base=HERE, to=(2.0, 0.0)):

@@ -8,13 +8,12 @@ from nav.costmap import Costmap, LiveCostmap, build_costmap
 from nav.goal_region import NO_GOAL, fronts, goal_region
 from nav.navigator import GoalPoints, Navigation, explore_distant, navigate
 from nav.recovery import Recovery, contact_points
-from vizbot.core.diff_drive import rolled, wheel_speeds
+from tests.test_nav.test_follower import driven
 from vizbot.core.geometry import planar
 from vizbot.core.types import STOP, OccupancyGrid, Twist
 
 CONFIG = NavigatorConfig()
 REACH = Reach(distance=0.9, extent=0.4)
-WHEEL_BASE = 0.235
 RESOLUTION = 0.05
 
 
@@ -31,11 +30,6 @@ def two_rooms() -> OccupancyGrid:
 
 def costs_on(grid: OccupancyGrid) -> Costmap:
     return LiveCostmap(CONFIG.costmap).update(grid)
-
-
-def moved(T_map_base: np.ndarray, twist: Twist, seconds: float) -> np.ndarray:
-    left, right = (speed * seconds for speed in wheel_speeds(twist, WHEEL_BASE))
-    return T_map_base @ rolled(left, right, WHEEL_BASE)
 
 
 def gap(grid: OccupancyGrid, T_map_base: np.ndarray) -> float:
@@ -84,7 +78,7 @@ def test_the_robot_arrives_without_touching_anything(seed):
         assert navigation is not None
         if navigation.arrived:
             break
-        before, T = T, moved(T, navigation.twist, 0.2)
+        before, T = T, driven(T, navigation.twist, 0.2)
         way += float(np.linalg.norm(T[:2, 3] - before[:2, 3]))
         assert gap(grid, T) > CONFIG.costmap.robot_radius
     assert navigation.arrived and navigation.twist == STOP
@@ -190,7 +184,7 @@ def test_exploration_sees_both_rooms_and_ends_when_the_space_is_closed(seed):
         if navigation is None:
             break
         assert not navigation.arrived and navigation.goal is None
-        ahead = moved(T, navigation.twist, 0.2)
+        ahead = driven(T, navigation.twist, 0.2)
         if gap(truth, ahead) > CONFIG.costmap.robot_radius:
             T = ahead
             continue
@@ -198,7 +192,7 @@ def test_exploration_sees_both_rooms_and_ends_when_the_space_is_closed(seed):
         points = contact_points(True, True, CONFIG.costmap.robot_radius)
         cells = grid.to_cells(points @ T[:2, :2].T + T[:2, 3])
         known[tuple(cells[grid.contains(cells)].T)] = 1.0
-        T, navigation = moved(T, Twist(-0.12, 0.0), 0.8), None
+        T, navigation = driven(T, Twist(-0.12, 0.0), 0.8), None
     assert navigation is None
     inside = known[1:-1, 1:-1]
     assert (inside[:, :59] != 0.5).mean() > 0.6

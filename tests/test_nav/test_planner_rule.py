@@ -11,19 +11,7 @@ import numpy as np
 import pytest
 
 from nav.astar import plan
-from nav.config import CostmapConfig
-from nav.costmap import Costmap
-from vizbot.core.types import OccupancyGrid
-
-STEP = 0.05
-CONFIG = CostmapConfig()
-STRAIGHT = [(-1, 0), (0, -1), (0, 1), (1, 0)]
-
-
-def costmap_of(cost):
-    grid = OccupancyGrid(np.zeros(cost.shape, np.float32), STEP, np.array([-0.4, 0.7]))
-    clearance = np.where(np.isinf(cost), 0.0, np.inf).astype(np.float32)
-    return Costmap(grid, cost.astype(np.float32), clearance, None, CONFIG, float(cost.min()))
+from tests.test_nav.test_astar import STEP, costmap_of
 
 
 def to_go(shape, terminal, step):

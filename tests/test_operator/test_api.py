@@ -2,7 +2,6 @@
 
 import itertools
 import json
-import socket
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -12,6 +11,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+from tests.helpers.clients import client_of
 from tests.helpers.roomba_rig import wait_for
 from tests.helpers.served import arrived, jobs_done, refusal, step, websocket_url
 from vizbot.core.errors import ConfigError
@@ -178,13 +178,12 @@ def test_whatever_is_sent_along_stop_works(http, session, content):
     assert goal["reason"].startswith("stopped by ") and goal["reason"].isprintable()
 
 
-def test_the_wheels_are_stopped_before_anybody_is_named(server, session):
-    port = int(server.url.rsplit(":", 1)[1])
-    with socket.create_connection(("127.0.0.1", port)) as line:
-        request = b"POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n"
-        line.sendall(request)  # and its body never comes
-        wait_for(session.stopped.is_set)
-        wait_for(lambda: line.recv(4096).startswith(b"HTTP/1.1 200"))
+def test_the_wheels_are_stopped_before_anybody_is_named(server, session, opened):
+    line = client_of(server, opened)
+    request = b"POST /stop HTTP/1.1\r\nHost: localhost\r\nContent-Length: 9\r\n\r\n"
+    line.sendall(request)  # and its body never comes
+    wait_for(session.stopped.is_set)
+    wait_for(lambda: line.recv(4096).startswith(b"HTTP/1.1 200"))
 
 
 def test_stop_works_while_many_questions_wait(server, session):

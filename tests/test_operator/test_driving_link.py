@@ -56,11 +56,8 @@ def rolling(stood):
     "bad", [{}, {"delay": 0.05}, {"swaps": True}, {"drops": 3}, {"delay": 0.05, "swaps": True}]
 )
 def test_a_bad_link_may_be_driven_over_and_nothing_old_or_out_of_order_counts(bad):
-    async def course(proxy, socket):
-        await drive_for(socket, 1.0, 0.2)
-
     for _ in range(3):  # a machine that is busy elsewhere may hold the robot up for a whole second
-        counted, stood = driven(bad, course)
+        counted, stood = driven(bad, lambda _, socket: drive_for(socket, 1.0, 0.2))
         assert all(first < second for (first, _), (second, _) in pairwise(counted))
         assert all(age <= OLDEST for _, age in counted)
         if len(counted) >= 3:
@@ -70,10 +67,8 @@ def test_a_bad_link_may_be_driven_over_and_nothing_old_or_out_of_order_counts(ba
 
 
 def test_over_a_link_that_is_too_slow_the_robot_does_not_move():
-    async def course(proxy, socket):
-        await drive_for(socket, 1.2, 0.2)
-
-    counted, stood = driven({"delay": 0.2}, course)  # 0.4 s there and back
+    there_and_back = {"delay": 0.2}  # 0.4 s
+    counted, stood = driven(there_and_back, lambda _, socket: drive_for(socket, 1.2, 0.2))
     assert counted == []
     assert rolling(stood) == []
 

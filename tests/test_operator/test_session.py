@@ -73,26 +73,21 @@ def test_it_is_named_as_people_name_it(goal, named):
     assert ApproachedCandidate(1, goal, np.zeros(2)).headline == f"I see something like {named}"
 
 
-def rate_of(stamps, now=None):
+TEN_A_SECOND = [0.1 * n for n in range(101)]
+
+
+@pytest.mark.parametrize(
+    ("stamps", "later", "expected"),
+    [(TEN_A_SECOND[:-1], 0.0, 10.0), ([*range(9), *(9.0 + t for t in TEN_A_SECOND)], 0.0, 10.0),
+     ([0.0, 20.0, 40.0], 0.0, 0.05), ([0.0, 0.5, 1.0], 19.0, 0.1),
+     ([3.0], 0.0, None), ([3.0], 1.0, None)],
+)  # fmt: skip
+def test_the_rate_is_the_mean_of_the_last_five_seconds_or_of_less(stamps, later, expected):
     rate = StepRate()
     for stamp in stamps:
         rate.add(stamp)
-    return rate.rate(stamps[-1] if now is None else now)
-
-
-def test_the_rate_is_the_mean_of_the_last_five_seconds():
-    assert rate_of([0.1 * n for n in range(100)]) == pytest.approx(10.0)
-    assert rate_of([*range(10), *(9.0 + 0.1 * n for n in range(1, 101))]) == pytest.approx(10.0)
-
-
-def test_a_slow_robot_has_a_rate_and_one_that_takes_no_more_steps_an_ever_lower_one():
-    assert rate_of([0.0, 20.0, 40.0]) == pytest.approx(0.05)
-    assert rate_of([0.0, 0.5, 1.0], now=20.0) == pytest.approx(0.1)
-
-
-def test_one_step_has_no_rate():
-    assert rate_of([3.0]) is None
-    assert rate_of([3.0], now=4.0) is None
+    found = rate.rate(stamps[-1] + later)
+    assert found is None if expected is None else found == pytest.approx(expected)
 
 
 def test_people_are_shown_our_warnings_once_and_nobody_elses(session):

@@ -1,25 +1,18 @@
 """Plain words on what the base does and feels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from vizbot.core.types import STOP, BaseMode, BaseState, Charging, Twist
 from vizbot.operator.teleop.status_line import StatusLine, contacts
 
-NONE = (False, False, False, False)
+RESTING = BaseState(0.0, np.eye(4), False, False, (False,) * 4, (False, False), 0.97, BaseMode.SAFE)
 
 
-def state(mode=BaseMode.SAFE, cliffs=NONE, wheel_drops=(False, False), battery=0.97, **felt):
-    touched = {"bump_left": False, "bump_right": False} | felt
-    return BaseState(
-        stamp=0.0,
-        T_odom_base=np.eye(4),
-        cliffs=cliffs,
-        wheel_drops=wheel_drops,
-        battery=battery,
-        mode=mode,
-        **touched,
-    )
+def state(mode=BaseMode.SAFE, **felt):
+    return replace(RESTING, mode=mode, **felt)
 
 
 def line(shown, twist=STOP, now=0.0):

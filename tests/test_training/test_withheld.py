@@ -11,9 +11,9 @@ from training.captions.held_out_pairs import (
     WITHHELD_RELATIONS,
     is_withheld,
 )
-from training.captions.held_out_questions import WITHHELD_COMBINATIONS
 from training.captions.phrasing import NounPhrase, phrased
 from training.captions.unrelated_words import CAPTION_WORDS, HELD_OUT_WORDS
+from training.evaluation import WITHHELD_COMBINATIONS
 from vizbot.core.home_vocabulary import COLOURS, ROOMS, SYNONYMS, THINGS
 
 DRAWS = 20_000

@@ -82,31 +82,38 @@ parse_command, parse_typed = ENGLISH.grammar.heard, ENGLISH.grammar.typed
         # No speaker says quotes.
         ('Go to the "bus, stop".', Stop()),
         ('"Find the sofa."', GoTo(("sofa",))),
+        # Stop is heard wherever it is said.
+        ("stop", Stop()),
+        ("STOP!", Stop()),
+        ("Stop. Stop. Stop.", Stop()),
+        ("go to the sofa, no, stop", Stop()),
+        ("go to the bus, stop", Stop()),
+        ("go to the stop sign, stop", Stop()),
+        ("don't stop", Stop()),
+        ("please halt", Stop()),
+        ("Wait!", Stop()),
+        ("okay robot, cancel that", Stop()),
+        ("don't move", Stop()),
+        ("never mind", Stop()),
+        # No commands.
+        ("", None),
+        ("   ", None),
+        ("...", None),
+        ("please", None),
+        ("yellow chair", None),
+        ("the weather is nice and then it rains", None),
+        ("go to the", None),
+        ("where is", None),
+        ("right now", None),
+        ("come back then go to the sofa", None),
+        ("where is the sofa and then the lamp", None),
+        # Nothing is done after coming back or docking.
+        ("come back, then turn around", None),
+        ("dock, then go to the sofa", None),
     ],
 )
 def test_a_line_becomes_a_command(line, command):
     assert parse_command(line) == command
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "stop",
-        "STOP!",
-        "Stop. Stop. Stop.",
-        "go to the sofa, no, stop",
-        "go to the bus, stop",
-        "go to the stop sign, stop",
-        "don't stop",
-        "please halt",
-        "Wait!",
-        "okay robot, cancel that",
-        "don't move",
-        "never mind",
-    ],
-)
-def test_stop_is_heard_wherever_it_is_said(line):
-    assert parse_command(line) == Stop()
 
 
 @pytest.mark.parametrize(
@@ -128,50 +135,46 @@ def test_a_warning_stops(line):
 
 
 @pytest.mark.parametrize(
-    "line",
+    ("line", "command"),
     [
-        "look out of the window",
-        "go to the window and look out",
-        "carefully go to the window",
-        "go to the window but be careful",
+        # A thing is a goal.
+        ("Yellow chair", GoTo(("Yellow chair",))),
+        ("a plant on a table", GoTo(("a plant on a table",))),
+        ("bookshelf, then the electric fan", GoTo(("bookshelf", "electric fan"))),
+        ("go to the sofa", GoTo(("sofa",))),
+        ("table and chairs", GoTo(("table and chairs",))),
+        ("the sofa, now", GoTo(("sofa",))),
+        # What only sounds like a warning.
+        ("look out of the window", GoTo(("window",))),
+        ("go to the window and look out", GoTo(("window",))),
+        ("carefully go to the window", GoTo(("window",))),
+        ("go to the window but be careful", GoTo(("window",))),
+        # What is told beside a command changes nothing unless it takes it back.
+        ("the baby is asleep, go to the sofa", GoTo(("sofa",))),
+        ("go to the sofa, it is urgent", GoTo(("sofa",))),
+        ("I was in the study, then to the sofa", Decline(Reason.CANNOT)),
+        ("she said, go to the sofa", Decline(Reason.CANNOT)),
+        ("go to the sofa, he says", Decline(Reason.CANNOT)),
+        ("the door is open", Decline(Reason.STATEMENT)),
+        ("go to the sofa if it is clean", Decline(Reason.TERMS)),
+        ("go to the office once you are charged", Decline(Reason.TERMS)),
+        # The order is found in what says more.
+        ("my feet hurt can you go to the sofa I told you already", GoTo(("sofa",))),
+        ("I am tired go to the sofa", GoTo(("sofa",))),
+        ("would it be at all possible for you to go to the sofa", GoTo(("sofa",))),
+        ("the bed no sorry I mean the sofa", GoTo(("sofa",))),
+        ("go to the bed, wait, no, the sofa", GoTo(("sofa",))),
+        ("go to the sofa, not the bed", GoTo(("sofa",))),
+        ("go to the sofa instead of the bed", GoTo(("sofa",))),
+        ("I said go to the sofa", GoTo(("sofa",))),
+        ("mosey on down to the sofa", GoTo(("sofa",))),
+        ("go to the sofa so that I can film you", GoTo(("sofa",))),
+        ("the sofa is gone, go and find it", GoTo(("sofa",))),
+        ("go to the sofa and see who is there", GoTo(("sofa",))),
     ],
 )
-def test_what_only_sounds_like_a_warning_goes(line):
-    assert parse_typed(line) == GoTo(("window",))
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "",
-        "   ",
-        "...",
-        "please",
-        "yellow chair",
-        "the weather is nice and then it rains",
-        "go to the",
-        "where is",
-        "right now",
-        "come back then go to the sofa",
-        "where is the sofa and then the lamp",
-        # Nothing is done after coming back or docking.
-        "come back, then turn around",
-        "dock, then go to the sofa",
-    ],
-)
-def test_what_is_no_command_is_none(line):
-    assert parse_command(line) is None
-
-
-@pytest.mark.parametrize(
-    ("line", "goals"),
-    [("Yellow chair", ("Yellow chair",)), ("a plant on a table", ("a plant on a table",)),
-     ("bookshelf, then the electric fan", ("bookshelf", "electric fan")),
-     ("go to the sofa", ("sofa",)), ("table and chairs", ("table and chairs",)),
-     ("the sofa, now", ("sofa",))],
-)  # fmt: skip
-def test_a_thing_that_is_typed_is_a_goal(line, goals):
-    assert parse_typed(line) == GoTo(goals)
+def test_what_is_typed_becomes_a_command(line, command):
+    assert parse_typed(line) == command
 
 
 @pytest.mark.parametrize(
@@ -225,44 +228,6 @@ AROUND = ShortMove(turn=pi)
 )
 def test_moves_goals_and_exploring_are_done_in_the_order_they_are_named(line, requests):
     assert task_requests(parse_command(line)) == requests
-
-
-@pytest.mark.parametrize(
-    ("line", "command"),
-    [
-        ("the baby is asleep, go to the sofa", GoTo(("sofa",))),
-        ("go to the sofa, it is urgent", GoTo(("sofa",))),
-        ("I was in the study, then to the sofa", Decline(Reason.CANNOT)),
-        ("she said, go to the sofa", Decline(Reason.CANNOT)),
-        ("go to the sofa, he says", Decline(Reason.CANNOT)),
-        ("the door is open", Decline(Reason.STATEMENT)),
-        ("go to the sofa if it is clean", Decline(Reason.TERMS)),
-        ("go to the office once you are charged", Decline(Reason.TERMS)),
-    ],
-)
-def test_what_is_told_beside_a_command_changes_nothing_unless_it_takes_it_back(line, command):
-    assert parse_typed(line) == command
-
-
-@pytest.mark.parametrize(
-    "line",
-    [
-        "my feet hurt can you go to the sofa I told you already",
-        "I am tired go to the sofa",
-        "would it be at all possible for you to go to the sofa",
-        "the bed no sorry I mean the sofa",
-        "go to the bed, wait, no, the sofa",
-        "go to the sofa, not the bed",
-        "go to the sofa instead of the bed",
-        "I said go to the sofa",
-        "mosey on down to the sofa",
-        "go to the sofa so that I can film you",
-        "the sofa is gone, go and find it",
-        "go to the sofa and see who is there",
-    ],
-)
-def test_the_order_is_found_in_what_says_more(line):
-    assert parse_typed(line) == GoTo(("sofa",))
 
 
 @pytest.mark.parametrize(
@@ -494,38 +459,32 @@ def test_every_example_and_the_phrases_of_the_even_half_is_understood():
         assert isinstance(parse_command(phrase.format(a="sofa", b="lamp", c="sofas")), kind)
 
 
-@pytest.mark.parametrize(
-    "line",
-    ["Yes, please.", "Yes.", "yeah, that one", "Right!", "Sure, go ahead.", "Yes, yes, I do.",
-     "Hey robot, yes.", "Yes, right now."],
+AGREE = (
+    "Yes, please.", "Yes.", "yeah, that one", "Right!", "Sure, go ahead.", "Yes, yes, I do.",
+    "Hey robot, yes.", "Yes, right now.",
 )  # fmt: skip
-def test_yes_agrees(line):
-    assert parse_command(line) == Yes()
-
-
-@pytest.mark.parametrize(
-    "line",
-    ["No.", "yesterday", "", "Right, let us have dinner.", "Yes, I was there on Monday.",
-     "right now", "Sure, but not today.", "no, yes", "Correct me if I am wrong."],
+DO_NOT_AGREE = (
+    "No.", "yesterday", "", "Right, let us have dinner.", "Yes, I was there on Monday.",
+    "right now", "Sure, but not today.", "no, yes", "Correct me if I am wrong.",
 )  # fmt: skip
-def test_a_sentence_that_only_begins_with_yes_does_not_agree(line):
-    assert parse_command(line) != Yes()
 
 
-@pytest.mark.parametrize(
-    "line",
-    ["go to the kitchen right now", "Now go to the kitchen.", "Instead, go to the kitchen",
-     "okay, immediately go to the kitchen", "find the sofa at once, please", "come back now, okay?",
-     "find the sofa, then dock instead", "go right away to the sofa", "sofa, now"],
+@pytest.mark.parametrize("line", [*AGREE, *DO_NOT_AGREE])
+def test_yes_agrees_and_a_sentence_that_only_begins_with_it_does_not(line):
+    assert (parse_command(line) == Yes()) == (line in AGREE)
+
+
+URGENT = (
+    "go to the kitchen right now", "Now go to the kitchen.", "Instead, go to the kitchen",
+    "okay, immediately go to the kitchen", "find the sofa at once, please", "come back now, okay?",
+    "find the sofa, then dock instead", "go right away to the sofa", "sofa, now",
 )  # fmt: skip
+NOT_URGENT = (
+    "go to the kitchen", "find the sign with now playing on it", "right", "", "okay, well, robot",
+    "go to the sofa, then the lamp, then come back",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("line", [*URGENT, *NOT_URGENT])
 def test_some_words_say_that_what_is_running_must_give_way(line):
-    assert is_urgent(line)
-
-
-@pytest.mark.parametrize(
-    "line",
-    ["go to the kitchen", "find the sign with now playing on it", "right", "", "okay, well, robot",
-     "go to the sofa, then the lamp, then come back"],
-)  # fmt: skip
-def test_without_such_words_nothing_must(line):
-    assert not is_urgent(line)
+    assert is_urgent(line) == (line in URGENT)

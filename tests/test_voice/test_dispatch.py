@@ -21,11 +21,6 @@ from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 DOUBTFUL = ResolvedGoal("so far", "so far", "sofa")
 
 
-@pytest.fixture
-def robot(client):
-    return client
-
-
 class NotingRobot:
     """Notes what it is told; `answers` is whether it is there."""
 
@@ -54,43 +49,43 @@ def texts(session):
     return [task.text for task in session.queue.tasks()]
 
 
-def test_goals_are_asked_for_and_stop_stops(robot, session, capsys):
-    obey(heard(GoTo(("kitchen", "sofa"))), robot)
+def test_goals_are_asked_for_and_stop_stops(client, session, capsys):
+    obey(heard(GoTo(("kitchen", "sofa"))), client)
     assert texts(session) == ["kitchen", "sofa"]
     assert capsys.readouterr().out == "command: go to kitchen, then sofa\n"
-    obey(heard(Stop()), robot)
+    obey(heard(Stop()), client)
     assert session.stopped.is_set()
 
 
 @pytest.mark.parametrize("command", [GoTo(("sofa",)), ComeBack(), Dock(), Explore()])
-def test_what_must_not_wait_ends_what_is_running(robot, session, command):
-    obey(heard(GoTo(("kitchen",))), robot)
+def test_what_must_not_wait_ends_what_is_running(client, session, command):
+    obey(heard(GoTo(("kitchen",))), client)
     assert session.queue.current().request == "kitchen"
-    obey(replace(heard(command), at_once=True), robot)
+    obey(replace(heard(command), at_once=True), client)
     assert session.queue.current().called_off
 
 
-def test_a_mission_that_must_not_wait_stays_together(robot, session):
-    obey(heard(GoTo(("bed",))), robot)
-    obey(replace(heard(GoTo(("sofa",), ComeBack())), at_once=True), robot)
+def test_a_mission_that_must_not_wait_stays_together(client, session):
+    obey(heard(GoTo(("bed",))), client)
+    obey(replace(heard(GoTo(("sofa",), ComeBack())), at_once=True), client)
     assert texts(session) == ["sofa", "come back", "bed"]
     assert session.queue.current().request == "sofa"
     assert not session.queue.current().called_off
 
 
-def test_of_all_things_one_is_gone_to_and_that_is_said(robot, session, capsys):
-    obey(heard(All("chair")), robot)
+def test_of_all_things_one_is_gone_to_and_that_is_said(client, session, capsys):
+    obey(heard(All("chair")), client)
     assert texts(session) == ["chair"]
     assert "it goes to one, and of several on its map to one near by" in capsys.readouterr().out
 
 
-def test_where_something_is_is_looked_up(robot, session, capsys, monkeypatch):
+def test_where_something_is_is_looked_up(client, session, capsys, monkeypatch):
     place = FoundPlace((1.0, -2.0, 0.4), 0.5, 3, ())
     monkeypatch.setattr(
         LiveMap, "places", lambda live_map, text: Answer(text, Outcome.LOCATED, 0.3, (place,))
     )
     session.on_step(step(0))
-    obey(heard(WhereIs("sofa")), robot)
+    obey(heard(WhereIs("sofa")), client)
     assert "sofa: 2.2 m ahead and to the right of the robot" in capsys.readouterr().out
     assert texts(session) == []
 
@@ -125,8 +120,8 @@ def test_the_words_of_the_map_are_learnt_again_and_again():
     assert learnt[:2] == [("sofa", "lamp"), ()]
 
 
-def test_not_understood_or_without_a_robot_nothing_is_done(robot, session, capsys):
-    obey(heard(None), robot)
+def test_not_understood_or_without_a_robot_nothing_is_done(client, session, capsys):
+    obey(heard(None), client)
     obey(heard(GoTo(("bed",))), None)
     assert texts(session) == []
     assert "command: go to bed" in capsys.readouterr().out

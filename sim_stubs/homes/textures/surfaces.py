@@ -16,9 +16,7 @@ from functools import cache
 import numpy as np
 
 from sim_stubs.homes.geometry.solids import Surface
-from sim_stubs.homes.textures import floors as floor_textures
-from sim_stubs.homes.textures import patterns
-from sim_stubs.homes.textures import walls as wall_textures
+from sim_stubs.homes.textures import finishes, patterns
 
 Rgb = tuple[float, float, float]
 Random = np.random.Generator
@@ -136,22 +134,22 @@ def _tiles(rng: Random) -> Surface:
 def _flagstones(rng: Random) -> Surface:
     colour = _stone(rng)
     joint = _beside(rng, colour, (0.5, 0.8))
-    return floor_textures.flagstones(_seed(rng), colour, joint, int(rng.integers(14, 50)))
+    return finishes.flagstones(_seed(rng), colour, joint, int(rng.integers(14, 50)))
 
 
 def _marble(rng: Random) -> Surface:
     colour = _stone(rng, (0.5, 0.9))
     vein = _beside(rng, colour, (0.4, 0.75))
-    return floor_textures.marble(_seed(rng), colour, vein, int(rng.integers(2, 5)))
+    return finishes.marble(_seed(rng), colour, vein, int(rng.integers(2, 5)))
 
 
 def _fitted_carpet(rng: Random) -> Surface:
     colour = _tint(rng, (0.03, 0.25), (0.3, 0.7))
-    return floor_textures.fitted_carpet(_seed(rng), colour, _beside(rng, colour, (0.7, 0.9)))
+    return finishes.fitted_carpet(_seed(rng), colour, _beside(rng, colour, (0.7, 0.9)))
 
 
 def _plaster(rng: Random) -> Surface:
-    return wall_textures.plaster(_seed(rng), _tint(rng, (0.0, 0.22), (0.7, 0.9)))
+    return finishes.plaster(_seed(rng), _tint(rng, (0.0, 0.22), (0.7, 0.9)))
 
 
 def _wallpaper(rng: Random) -> Surface:
@@ -162,12 +160,12 @@ def _wallpaper(rng: Random) -> Surface:
 
 def _stripes(rng: Random) -> Surface:
     colour = _tint(rng, (0.02, 0.22), (0.74, 0.9))
-    return wall_textures.stripes(_seed(rng), colour, _beside(rng, colour, (0.65, 0.92)))
+    return finishes.stripes(_seed(rng), colour, _beside(rng, colour, (0.65, 0.92)))
 
 
 def _ornaments(rng: Random) -> Surface:
     colour = _tint(rng, (0.02, 0.25), (0.7, 0.9))
-    return wall_textures.ornaments(_seed(rng), colour, _beside(rng, colour, (0.6, 0.9)))
+    return finishes.ornaments(_seed(rng), colour, _beside(rng, colour, (0.6, 0.9)))
 
 
 def _bricks(rng: Random) -> Surface:
@@ -176,25 +174,25 @@ def _bricks(rng: Random) -> Surface:
     else:
         hue = rng.uniform(0.01, 0.07)
         colour = colorsys.hsv_to_rgb(hue, rng.uniform(0.35, 0.6), rng.uniform(0.4, 0.65))
-    return wall_textures.bricks(_seed(rng), colour, _stone(rng, (0.5, 0.75)))
+    return finishes.bricks(_seed(rng), colour, _stone(rng, (0.5, 0.75)))
 
 
 def _wall_tiles(rng: Random) -> Surface:
     colour = _tint(rng, (0.0, 0.12), (0.75, 0.92))
     accent = _tint(rng, (0.1, 0.4), (0.45, 0.8))
-    return wall_textures.wall_tiles(_seed(rng), colour, accent, int(rng.integers(8, 18)))
+    return finishes.wall_tiles(_seed(rng), colour, accent, int(rng.integers(8, 18)))
 
 
 FAMILIES: Mapping[str, Family] = {
     "planks": Family(lambda rng: patterns.planks(_seed(rng), _brown(rng)), 40),
     "parquet": Family(
-        lambda rng: floor_textures.parquet(
+        lambda rng: finishes.parquet(
             _seed(rng), _brown(rng, (0.35, 0.7)), int(rng.integers(3, 7)), int(rng.choice([4, 8]))
         ),
         30,
     ),
     "laminate": Family(
-        lambda rng: floor_textures.laminate(
+        lambda rng: finishes.laminate(
             _seed(rng), _brown(rng, (0.45, 0.8)), int(rng.integers(8, 13))
         ),
         30,
@@ -202,9 +200,7 @@ FAMILIES: Mapping[str, Family] = {
     "tiles": Family(_tiles, 40),
     "flagstones": Family(_flagstones, 20),
     "marble": Family(_marble, 20),
-    "concrete": Family(
-        lambda rng: floor_textures.concrete(_seed(rng), _stone(rng, (0.4, 0.75))), 20
-    ),
+    "concrete": Family(lambda rng: finishes.concrete(_seed(rng), _stone(rng, (0.4, 0.75))), 20),
     "fitted carpet": Family(_fitted_carpet, 20),
     "paint": Family(_paint, 60, 2.5),
     "plaster": Family(_plaster, 30, 2.5),
@@ -222,7 +218,7 @@ FAMILIES: Mapping[str, Family] = {
     "door": Family(lambda rng: patterns.wood(_seed(rng), _brown(rng, (0.2, 0.6))), 20, 0.0),
     "stair wood": Family(lambda rng: patterns.wood(_seed(rng), _brown(rng)), 24, 1.0),
     "stair stone": Family(
-        lambda rng: floor_textures.concrete(_seed(rng), _stone(rng, (0.5, 0.85))), 16, 1.0
+        lambda rng: finishes.concrete(_seed(rng), _stone(rng, (0.5, 0.85))), 16, 1.0
     ),
     "stair metal": Family(lambda rng: _stone(rng, (0.08, 0.7)), 16, 1.0),
     "outdoors": Family(lambda rng: patterns.outdoors(_seed(rng)), 40, 0.0),

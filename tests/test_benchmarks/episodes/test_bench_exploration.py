@@ -26,13 +26,10 @@ CONFIG = Config.model_validate({"objectnav": {"max_exploration_steps": 3}})
 
 @pytest.fixture(autouse=True)
 def small_home(monkeypatch, mean_colours, kitchen):
-    opened = []
-
-    def open_benchmark_home(seed, config, error=EXACT):
-        opened.append(seed)
-        return error.world(kitchen, config, seed)
-
-    monkeypatch.setattr(exploration, "open_benchmark_home", open_benchmark_home)
+    monkeypatch.setattr(
+        exploration, "open_benchmark_home",
+        lambda seed, config, error=EXACT: error.world(kitchen, config, seed),
+    )  # fmt: skip
     monkeypatch.setattr(exploration, "encoder_of", lambda config: mean_colours)
 
 

@@ -13,20 +13,9 @@ from sim_stubs.realsense.config import DepthNoiseConfig
 from sim_stubs.roomba.serial_line import BytesLostError
 from sim_stubs.scoring.success import Verdict
 from tests.helpers.failing import raising
-from tests.test_benchmarks.episodes.one_room import kitchen_with_far_sofa
-from vizbot.config import Config
+from tests.test_benchmarks.episodes.one_room import kitchen_with_far_sofa, true_encoder
 from vizbot.core.errors import ConfigError, DeviceError, VizbotError
 from vizbot.core.observer import GoalReport, Outcome
-
-
-def variant(max_steps=40):
-    """A search that begins at once."""
-    objectnav = {
-        "look_around": False,
-        "gyro_settling": {"seconds": 0.0, "frames": 0},
-        "max_steps": max_steps,
-    }
-    return Variant("true encoder", Config.model_validate({"objectnav": objectnav}), "encoder")
 
 
 @pytest.fixture(autouse=True)
@@ -38,7 +27,7 @@ def small_home(monkeypatch):
 
 
 def test_an_encoder_whose_cosines_lie_elsewhere_in_the_same_order_drives_the_same_path():
-    config = variant().config
+    config = true_encoder(40).config
     own, scaled = (
         runs.run_episode((Variant("row", config, encoder_scale=scale), Episode(1000, ("sofa",))))
         for scale in (None, "clip")
@@ -49,7 +38,7 @@ def test_an_encoder_whose_cosines_lie_elsewhere_in_the_same_order_drives_the_sam
 
 
 def test_an_episode_tells_what_became_of_its_goal():
-    result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
+    result = runs.run_episode((true_encoder(40), Episode(1000, ("sofa",))))
     [goal] = result.goals
     assert result.success and goal.claimed and goal.reason == ""
     assert "from near by" in goal.answer
@@ -69,7 +58,7 @@ def test_the_next_goal_is_told_only_when_the_last_one_succeeded(monkeypatch):
         return [GoalReport(goal.text, Outcome.ARRIVED, "seen", ()) for goal in goals]
 
     monkeypatch.setattr(runs, "drive_to_all", arrived)
-    result = runs.run_episode((variant(), Episode(1000, ("kitchen", "bed", "sofa"))))
+    result = runs.run_episode((true_encoder(40), Episode(1000, ("kitchen", "bed", "sofa"))))
     assert [goal.text for goal in result.goals] == ["kitchen", "bed"]
     assert result.reached == 1 and not result.success
     assert result.goals[1].claimed
@@ -94,14 +83,14 @@ def test_the_next_goal_is_the_first_one_far_from_where_the_robot_then_stands(mon
     monkeypatch.setattr(runs, "nearest_path_length", way)
     monkeypatch.setattr(runs, "judge", lambda *_, **__: Verdict(True, 0.5, True, ""))
     goals = ("kitchen", "bed", "tv", "sofa")
-    result = runs.run_episode((variant(), Episode(1000, goals, choose=3)))
+    result = runs.run_episode((true_encoder(40), Episode(1000, goals, choose=3)))
     assert [goal.text for goal in result.goals] == ["kitchen", "sofa"]
     assert not result.success  # two were wanted after the first, and only one is far
     assert asked[:5] == [
         ("kitchen", 1.2), ("bed", 1.4), ("tv", 1.4), ("sofa", 1.4), ("sofa", 1.4)
     ]  # fmt: skip
     assert [text for text, _ in asked[5:]] == ["bed", "tv"]
-    assert runs.run_episode((variant(), Episode(1000, goals, choose=2))).success
+    assert runs.run_episode((true_encoder(40), Episode(1000, goals, choose=2))).success
 
 
 def test_a_robot_that_gives_up_at_its_goal_has_not_arrived(monkeypatch):
@@ -109,7 +98,7 @@ def test_a_robot_that_gives_up_at_its_goal_has_not_arrived(monkeypatch):
         return [GoalReport(goal.text, Outcome.GAVE_UP, "not found", ()) for goal in goals]
 
     monkeypatch.setattr(runs, "drive_to_all", gave_up)
-    result = runs.run_episode((variant(), Episode(1000, ("kitchen",))))
+    result = runs.run_episode((true_encoder(40), Episode(1000, ("kitchen",))))
     [goal] = result.goals
     assert not goal.claimed and not goal.success and not result.success
     assert (goal.reason, goal.answer) == ("did not stop by itself", "not found")
@@ -118,14 +107,14 @@ def test_a_robot_that_gives_up_at_its_goal_has_not_arrived(monkeypatch):
 
 def test_an_episode_is_the_same_twice_and_another_number_is_not():
     def error(number):
-        return runs.run_episode((variant(max_steps=5), Episode(1000, ("sofa",), number))).ate
+        return runs.run_episode((true_encoder(5), Episode(1000, ("sofa",), number))).ate
 
     assert error(0) == error(0) != error(1)
 
 
 def test_an_error_costs_the_episode_and_is_told(monkeypatch):
     monkeypatch.setattr(runs, "drive_to_all", raising(DeviceError("the camera is gone")))
-    [goal] = runs.run_episode((variant(), Episode(1000, ("sofa",)))).goals
+    [goal] = runs.run_episode((true_encoder(40), Episode(1000, ("sofa",)))).goals
     assert not goal.success and not goal.claimed
     assert goal.reason == "did not stop by itself"
     assert goal.answer == "error: DeviceError: the camera is gone"
@@ -143,7 +132,7 @@ def test_bytes_that_the_machine_lost_are_no_failure_of_the_robot(monkeypatch, wh
             raise BytesLostError("/dev/pts/2: bytes were lost on their way to the robot")
         return real(*arguments)
 
-    job = variant(max_steps=2), Episode(1000, ("sofa",))
+    job = true_encoder(2), Episode(1000, ("sofa",))
     undisturbed = runs.run_episode(job)
     monkeypatch.setattr(runs, where, spoilt_once)
     again = runs.run_episode(job)
@@ -165,12 +154,12 @@ def test_a_machine_that_always_loses_bytes_or_cannot_render_has_no_results(
 ):
     monkeypatch.setattr(runs, where, raising(error))
     with pytest.raises(VizbotError, match=said):
-        runs.run_episode((variant(max_steps=2), Episode(1000, ("sofa",))))
+        runs.run_episode((true_encoder(2), Episode(1000, ("sofa",))))
 
 
 def test_a_scorer_that_breaks_costs_the_goal_alone(monkeypatch):
     monkeypatch.setattr(runs, "judge", raising(IndexError("no such\ncell")))
-    result = runs.run_episode((variant(max_steps=2), Episode(1000, ("sofa", "kitchen"))))
+    result = runs.run_episode((true_encoder(2), Episode(1000, ("sofa", "kitchen"))))
     [goal] = result.goals
     assert not result.success
     assert goal.answer == "error: IndexError: no such cell"
@@ -181,7 +170,7 @@ def test_a_home_that_cannot_be_built_costs_its_episode(monkeypatch):
     monkeypatch.setattr(
         runs, "open_episode", raising(ConfigError("home 1000 has no start for 'sofa'"))
     )
-    result = runs.run_episode((variant(), Episode(1000, ("sofa",))))
+    result = runs.run_episode((true_encoder(40), Episode(1000, ("sofa",))))
     assert not result.success and result.track == () and result.collisions == 0
     [goal] = result.goals
     assert goal.answer == "error: ConfigError: home 1000 has no start for 'sofa'"
@@ -201,6 +190,6 @@ def test_true_depth_is_the_camera_s(monkeypatch, mean_colours, oracle, noise):
 
     monkeypatch.setattr(realsense, "SimulatedRealSense", Camera)
     monkeypatch.setattr(runs, "encoder_of", lambda config: mean_colours)
-    row = replace(variant(max_steps=1), oracle=oracle)
+    row = replace(true_encoder(1), oracle=oracle)
     runs.run_episode((row, Episode(1000, ("sofa",))))
     assert cameras == [noise]

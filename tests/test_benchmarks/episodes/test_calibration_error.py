@@ -15,7 +15,7 @@ from sim_stubs.world.world import World
 from sim_stubs.world.world_plan import D435I_COLOUR
 from tests.test_benchmarks.episodes.one_room import kitchen_with_far_sofa
 from vizbot.config import Config
-from vizbot.core.geometry import invert, planar
+from vizbot.core.geometry import invert, planar, yaw_of
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.pipeline import Pipeline
 from vizbot.rehearsal.config import RehearsalConfig
@@ -96,17 +96,13 @@ def test_wheels_roll_and_turn_as_far_as_the_error_says(house, error, speeds, rat
             world.set_wheel_speeds(*speeds)
             world.advance(2.0)
             T = invert(start) @ world.T_world_base
-            turn = np.arctan2(T[1, 0], T[0, 0])
-            moved.append(turn if speeds[0] < 0 else T[0, 3])
+            moved.append(yaw_of(T) if speeds[0] < 0 else T[0, 3])
     assert moved[1] / moved[0] == pytest.approx(ratio, abs=1e-6)
 
 
-def row(max_steps):
-    """Every frame is a step of a robot that looks for what is not there."""
-    settings = {
-        "objectnav": {"max_steps": max_steps, "gyro_settling": {"seconds": 0.0, "frames": 0}}
-    }
-    return Variant("default", Config.model_validate(settings))
+SETTINGS = {"max_steps": 45, "gyro_settling": {"seconds": 0.0, "frames": 0}}
+ROW = Variant("default", Config.model_validate({"objectnav": SETTINGS}))
+"""Every frame is a step of a robot that looks for what is not there."""
 
 
 @pytest.fixture
@@ -121,7 +117,7 @@ def room(monkeypatch, mean_colours, house):
 
 
 def driven():
-    return replace(run_episode((row(45), SOFA)), wall_seconds=0.0)
+    return replace(run_episode((ROW, SOFA)), wall_seconds=0.0)
 
 
 @pytest.fixture
@@ -134,7 +130,7 @@ def without_errors(monkeypatch):
 def test_an_episode_without_errors_drives_as_a_robot_that_nothing_was_done_to(
     room, mean_colours, house, without_errors
 ):
-    exact, config = driven(), row(45).config
+    exact, config = driven(), ROW.config
     with (
         World(
             house, RehearsalConfig.read(config).world, config.mount.T_base_cam, SOFA.home
@@ -164,12 +160,9 @@ def test_a_step_is_recorded_where_its_picture_was_taken(house):
         recorder = TruthRecorder(world, SeenFloor(world, Config()))
         world.render()
         pictured = world.T_world_base
-        world.place(*planar_of(pictured @ planar(0.1, 0.0, 0.2)))
+        T_world_base = pictured @ planar(0.1, 0.0, 0.2)
+        world.place(*T_world_base[:2, 3], yaw_of(T_world_base))
         assert np.array_equal(world.T_world_pictured, pictured)
         world.render()
         assert np.array_equal(world.T_world_pictured, world.T_world_base)
         assert recorder.path_length() == 0.0
-
-
-def planar_of(T):
-    return T[0, 3], T[1, 3], np.arctan2(T[1, 0], T[0, 0])

@@ -5,14 +5,11 @@ import pytest
 
 from benchmarks.episodes import run as runs
 from benchmarks.episodes.calibration_error import EXACT
-from benchmarks.episodes.episode import Episode, Variant
+from benchmarks.episodes.episode import Episode
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.house import House, Instance
-from vizbot.config import Config
-
-SETTINGS = {"look_around": False, "gyro_settling": {"seconds": 0.0, "frames": 0}, "max_steps": 80}
-VARIANT = Variant("true encoder", Config.model_validate({"objectnav": SETTINGS}), "encoder")
+from tests.test_benchmarks.episodes.one_room import true_encoder
 
 
 def thing(label, x, yaw):
@@ -33,6 +30,7 @@ def room(monkeypatch):
 
 def test_a_later_goal_that_was_seen_before_is_driven_to_at_once(room):
     """It takes 23 steps; one that forgets looks for it first, and takes 32."""
-    bathtub, sofa = runs.run_episode((VARIANT, Episode(1100, ("bathtub", "sofa")))).goals
+    job = true_encoder(80), Episode(1100, ("bathtub", "sofa"))
+    bathtub, sofa = runs.run_episode(job).goals
     assert bathtub.success and sofa.success
     assert sofa.steps < 28

@@ -8,6 +8,7 @@ from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, seed
 from benchmarks.harness.store import Store
 from benchmarks.objectnav.others_page import others_page
 from sim_stubs.homes.home import home
+from tests.test_benchmarks.printed_table import rows_in
 from vizbot.config import Config
 
 
@@ -47,8 +48,8 @@ def test_the_page_has_a_row_for_each_home_and_each_end(tmp_path):
         result = EpisodeResult(Episode(name, ("bed",)), (goal,), 0, 0.01, 9.0, (), (0.0, 0.0, 0.0))
         Store(tmp_path / "objectnav-default.jsonl", EpisodeResult).add("k", "c0ffee", "m", result)
     page = others_page(tmp_path, tmp_path / "others.md")
-    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
-    assert {"Studio", "Loft"} <= {row[0] for row in rows if row} and ["reached", "1"] in rows
+    rows = rows_in(page)
+    assert {"Studio", "Loft"} <= {row[0] for row in rows} and ["reached", "1"] in rows
     together = next(row for row in rows if row[:1] == ["all"])
     assert together[1].startswith("1 of 2") and together[2:4] == ["0 of 2", "25.0"]
     assert ["the search ended by an error", "1"] in rows and "c0ffee" in page

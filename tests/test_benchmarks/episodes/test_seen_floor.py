@@ -5,19 +5,18 @@ import pytest
 
 from benchmarks.episodes import run as runs
 from benchmarks.episodes.calibration_error import EXACT
-from benchmarks.episodes.episode import Episode, Variant
+from benchmarks.episodes.episode import Episode
 from benchmarks.episodes.run import SeenFloor
-from vizbot.config import Config
+from tests.test_benchmarks.episodes.one_room import true_encoder
 from vizbot.core.geometry import planar
 from vizbot.core.observer import Outcome
 
-SETTINGS = {"look_around": False, "gyro_settling": {"seconds": 0.0, "frames": 0}, "max_steps": 120}
-CONFIG = Config.model_validate({"objectnav": SETTINGS})
+VARIANT = true_encoder(120)
 
 
 def test_what_the_camera_faces_from_where_it_truly_stands_is_seen(kitchen):
-    with EXACT.world(kitchen, CONFIG, 3) as world:
-        floor = SeenFloor(world, CONFIG)
+    with EXACT.world(kitchen, VARIANT.config, 3) as world:
+        floor = SeenFloor(world, VARIANT.config)
         assert floor.share == 0.0
         T_world_base = world.T_world_base
         shares = []
@@ -31,8 +30,7 @@ def test_what_it_says_that_it_has_seen_is_within_ten_points_of_the_truth(kitchen
     monkeypatch.setattr(
         runs, "open_episode", lambda episode, config, error=EXACT: error.world(kitchen, config, 3)
     )
-    variant = Variant("true encoder", CONFIG, "encoder")
-    [goal] = runs.run_episode((variant, Episode(1100, ("elephant",)))).goals
+    [goal] = runs.run_episode((VARIANT, Episode(1100, ("elephant",)))).goals
     assert goal.outcome is Outcome.NOT_FOUND
     assert goal.truly_seen > 0.5
     assert goal.said_seen == pytest.approx(goal.truly_seen, abs=0.1)

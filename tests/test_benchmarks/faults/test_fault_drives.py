@@ -35,22 +35,11 @@ LATENCY = ReflexLatency(10, 10, 2.0, 8.0, 9.0, 200.0)
 TIMING = WallClockTiming(LATENCY)
 
 
-def result(
-    after,
-    crash="",
-    drove_on=True,
-    kept=True,
-    rolling=True,
-    happened=True,
-    name="bump",
-    reported="",
-    astray=0.01,
-):
+def result(after, rolling=True, name="bump", **changes):
     stop = FaultStop(name, rolling, after, 0.01, 0.1)
     drive, line = FaultDrive((name,), 0), "/dev/pts/7: it stopped"
-    return FaultDriveResult(
-        drive, (stop,), 0.2, line, happened, drove_on, astray, reported, crash, kept
-    )
+    plain = FaultDriveResult(drive, (stop,), 0.2, line, True, True, 0.01, "", "", True)
+    return replace(plain, **changes)
 
 
 @pytest.mark.parametrize(("name", "seed"), [("bump", 1), ("cliff", 1), ("port-vanishes", 2)])
@@ -105,8 +94,8 @@ def test_what_stays_ends_the_drive_rightly_and_little_is_driven_backwards(
 
 def test_who_backs_off_for_ever_has_not_ended_rightly():
     for reported in ("", "the base is in PASSIVE mode and does not drive"):
-        became = replace(result(0.03, name="wall-stays", drove_on=False, reported=reported))
-        became = replace(became, drive=FaultDrive(("wall-stays",), 0, True))
+        drive = FaultDrive(("wall-stays",), 0, True)
+        became = result(0.03, drive=drive, drove_on=False, reported=reported)
         assert score_series(FaultSeries(("wall-stays",), (0,), True), [became]).ended == 0
 
 
@@ -145,7 +134,7 @@ def test_a_series_counts_what_was_late_crashed_or_lost():
         result(0.03),
         result(0.2, crash="ValueError: no"),
         result(None, drove_on=False),
-        result(0.05, kept=False),
+        result(0.05, map_kept=False),
         result(0.0, rolling=False),
         result(0.03, happened=False),
     ]
@@ -181,8 +170,8 @@ def test_a_wheel_that_turns_too_far_unasked_is_counted_and_the_farthest_told():
     assert " 0.200 |" in outcome.text
 
 
-def test_a_fault_that_must_be_told_and_is_not_is_counted(monkeypatch):
-    silent = replace(result(0.03), noticed_after=None, noticed="")
+def test_a_fault_that_must_be_told_and_is_not_is_counted():
+    silent = result(0.03, noticed_after=None, noticed="")
     outcome = fault_tables.fault_result(
         [score_series(FaultSeries(("bump",), (0, 1)), [silent, result(0.03)])], [], TIMING
     )

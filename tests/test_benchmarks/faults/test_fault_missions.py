@@ -19,6 +19,7 @@ from benchmarks.harness.scores import Rate
 from benchmarks.harness.store import Store
 from sim_stubs.homes.floor_plan.walls import RectangularRoom, build_structure
 from sim_stubs.homes.geometry.house import House
+from tests.test_benchmarks.episodes.one_room import true_encoder
 from tests.test_benchmarks.faults.test_fault_drives import LATENCY, TIMING
 from tests.test_benchmarks.printed_table import cells
 from vizbot.config import Config
@@ -26,15 +27,7 @@ from vizbot.core.observer import Outcome
 from vizbot.rehearsal.config import RehearsalConfig
 
 GREY = (0.6, 0.6, 0.6)
-CONFIG = Config.model_validate(
-    {
-        "objectnav": {
-            "look_around": False,
-            "max_steps": 3,
-            "gyro_settling": {"seconds": 0.0, "frames": 0},
-        }
-    }
-)
+CONFIG = true_encoder(3).config
 
 
 @pytest.fixture(autouse=True)

@@ -10,6 +10,9 @@ from sim_stubs.faults.catalogue import CATALOGUE, FaultSchedule, PlannedFault
 from sim_stubs.world.body import Contacts
 from vizbot.core.simulated_clock import SimulatedClock
 
+REST, GO = ((0.0, 0.0), False), ((0.2, 0.2), False)
+"""What is asked for in a period in which nothing is felt."""
+
 
 def watching(names, start, lasts, camera_period):
     """A base, the watch over it, their clock, and a step in which wheel speeds are asked for."""
@@ -89,20 +92,18 @@ def test_what_nobody_can_have_heard_of_does_not_show_and_a_frozen_camera_loosens
 def test_only_who_goes_ahead_after_it_has_driven_on():
     stopped = [((0.2, 0.2), True), ((0.0, 0.0), True)]
     assert not watched(["bump"], [*stopped, *[((-0.1, -0.1), False)] * 3]).drove_on
-    rest, ahead = ((0.0, 0.0), False), ((0.2, 0.2), False)
     for periods, drove_on in ((30, False), (80, False), (90, True)):
-        course = [*stopped, *[rest] * periods, ahead]
+        course = [*stopped, *[REST] * periods, GO]
         assert watched(["stream-silent"], course).drove_on == drove_on
 
 
 def test_who_rolls_ahead_right_after_a_fault_or_into_what_it_touches_has_not_driven_on():
-    ahead = ((0.2, 0.2), False)
     for name in ("battery-low", "disk-full", "encoder-jump"):
-        assert not watched([name], [ahead] * 60).drove_on
-        assert watched([name], [ahead] * 90).drove_on
+        assert not watched([name], [GO] * 60).drove_on
+        assert watched([name], [GO] * 90).drove_on
     stopped = [((0.0, 0.0), True)] * 70
     assert not watched(["bump"], [*stopped, ((0.2, 0.2), True)]).drove_on
-    assert watched(["bump"], [*stopped, ahead]).drove_on
+    assert watched(["bump"], [*stopped, GO]).drove_on
 
 
 def test_a_rest_of_one_period_before_the_robot_goes_on_into_the_contact_is_no_stop():
@@ -129,10 +130,9 @@ def test_who_runs_into_it_again_has_to_stop_again():
 )
 def test_a_rest_that_does_not_last_as_long_as_the_fault_is_no_stop(name, monkeypatch):
     monkeypatch.setattr(FaultMonitor, "_shows", lambda *_: True)
-    rest, ahead = ((0.0, 0.0), False), ((0.2, 0.2), False)
-    [stop] = watched([name], [rest] + [ahead] * 60, lasts=2.0).stops()
+    [stop] = watched([name], [REST] + [GO] * 60, lasts=2.0).stops()
     assert stop.after is None
-    [stop] = watched([name], [rest] * 60 + [ahead] * 20, lasts=0.8).stops()
+    [stop] = watched([name], [REST] * 60 + [GO] * 20, lasts=0.8).stops()
     assert stop.after == 0.015
 
 
@@ -191,11 +191,9 @@ def test_without_depth_the_robot_must_not_go_ahead(asked, rests):
 
 
 def test_without_depth_a_turn_is_no_stop_for_good():
-    turn, ahead, rest = ((-0.1, 0.1), False), ((0.2, 0.2), False), ((0.0, 0.0), False)
-    [straight] = watched(["black-depth"], [ahead] * 17 + [rest] * 40).stops()
-    [turned] = watched(
-        ["black-depth"], [ahead] * 9 + [turn] * 2 + [ahead] * 6 + [rest] * 40
-    ).stops()
+    turn = ((-0.1, 0.1), False)
+    [straight] = watched(["black-depth"], [GO] * 17 + [REST] * 40).stops()
+    [turned] = watched(["black-depth"], [GO] * 9 + [turn] * 2 + [GO] * 6 + [REST] * 40).stops()
     assert turned.rolling and straight.rolling
     assert turned.after == straight.after > 0.1
     assert 0.0 < turned.run_on < straight.run_on
@@ -210,14 +208,12 @@ def test_a_robot_that_only_turns_has_nothing_to_stop():
 @pytest.mark.parametrize("name", ["camera-frozen", "camera-vanishes", "black-depth"])
 @pytest.mark.parametrize(("period", "due"), [(0.1, 1.1), (0.4, 1.2), (0.6, 1.2)])
 def test_a_fault_of_the_camera_shows_when_its_next_frame_is_due(name, period, due):
-    course = [((0.2, 0.2), False)] * 40
-    watch = watched([name], course, lasts=9.0, camera_period=period)
+    watch = watched([name], [GO] * 40, lasts=9.0, camera_period=period)
     assert due <= watch.shown[name] + 1e-9 < due + 0.015 + 1e-6
 
 
 def test_a_virtual_wall_that_is_gone_is_felt_no_more():
-    rest, ahead = ((0.0, 0.0), False), ((0.2, 0.2), False)
-    watch = watched(["virtual-wall"], [rest] * 25 + [ahead] * 80)
+    watch = watched(["virtual-wall"], [REST] * 25 + [GO] * 80)
     [stop] = watch.stops()
     assert stop.after == 0.015
     assert watch.drove_on
@@ -225,6 +221,6 @@ def test_a_virtual_wall_that_is_gone_is_felt_no_more():
 
 @pytest.mark.parametrize("name", ["wheel-drop", "kidnapped"])
 def test_wheels_that_do_not_hang_show_no_fault(name):
-    watch = watched([name], [((0.2, 0.2), False)] * 10)
+    watch = watched([name], [GO] * 10)
     assert not watch.happened
     assert watch.stops() == ()

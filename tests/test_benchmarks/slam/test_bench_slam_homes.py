@@ -16,6 +16,7 @@ from benchmarks.slam.lap_scores import LapResult
 from benchmarks.slam.laps import LapConfig
 from benchmarks.slam.relocalisation import STARTS, StartResult, starts_table
 from benchmarks.slam.replays import ReplayFrame
+from tests.test_benchmarks.printed_table import rows_in
 from tests.test_benchmarks.slam.driven_lap import LAP
 from vizbot.config import Config
 from vizbot.core.geometry import invert, planar
@@ -103,11 +104,7 @@ def test_errors_at_the_end_of_the_fault_stand_beside_those_of_the_laps():
     ]
     results = [LAP, *carried]
     outcome = lap_scores.laps_result(tuple(FAULTS), results, [start(0)], quick=False)
-    cells = [
-        [cell.strip() for cell in line.split("|")[1:-1]]
-        for line in outcome.text.splitlines()
-        if line.startswith("|")
-    ]
+    cells = rows_in(outcome.text)
     assert cells[0][4:10] == ["at the end of the fault [m]", "worst", "worst [degrees]",
                               "at the end of the laps [m]", "worst", "worst [degrees]"]  # fmt: skip
     assert cells[2][4:10] == ["-", "-", "-", "0.020", "0.020", "0.40"]
@@ -146,8 +143,7 @@ def test_a_start_is_right_near_its_place_and_heading_and_wrong_beyond():
     assert [one.right for one in starts] == [True, False, False, False]
     laps = lap_scores.laps_result((AS_RECORDED,), [LAP], starts, quick=False)
     assert (laps.summary["starts_right"], laps.summary["starts_wrong"]) == (1, 2)
-    row = starts_table(starts).splitlines()[-1].split("|")
-    assert [cell.strip() for cell in row[1:6]] == ["4", "1", "2", "1", "3"]
+    assert rows_in(starts_table(starts))[-1][:5] == ["4", "1", "2", "1", "3"]
 
 
 def test_the_fault_ends_at_its_last_frame_and_is_scored_by_the_estimate_of_that_time():
