@@ -6,9 +6,8 @@
 What it goes to is yellow and mostly no chair, so the scorer of the simulation calls it wrong. The
 paper's method compares cosines alone; probabilities need an encoder that knows background phrases.
 
-The class is made without arguments and checked against the Protocol
-`mapping.clip.encoder.ClipEncoder` first; a test can do that, too:
-`mapping.clip.own_encoder.broken_promise(ColourEncoder()) is None`.
+The class is made without arguments and has to fit `mapping.clip.encoder.ClipEncoder`; a test can
+ask that, too: `mapping.clip.own_encoder.broken_promise(ColourEncoder()) is None`.
 """
 
 from collections.abc import Sequence
