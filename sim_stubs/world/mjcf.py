@@ -25,7 +25,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.geometry.house import House, Instance, Room, require_home_sized
+from sim_stubs.homes.geometry.extent import require_home_sized
+from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.occupancy_slice import FLOOR
 from sim_stubs.homes.geometry.solids import Part, Piece, box, by_material, moved_part, triangles
 from sim_stubs.homes.textures import canvas

@@ -16,10 +16,6 @@ from sim_stubs.homes.geometry.solids import Part, Piece, moved_part
 from vizbot.core.geometry import planar
 from vizbot.core.types import SE3
 
-WIDEST = 100.0
-"""Longest edge of the box around a world [m]. Cells of 1 cm in a square of that width take 3 GB and
-a quarter of a minute; homes are a third as wide."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Instance:
@@ -118,21 +114,3 @@ class House:
     def room_at(self, x: float, y: float) -> Room | None:
         """The room around a point on the plan; None in a wall, a doorway or outside."""
         return next((room for room in self.rooms if room.contains(x, y)), None)
-
-
-def require_home_sized(points: NDArray[np.float64]) -> None:
-    """Reject a world that is too large; call it before its shapes are made.
-
-    Args:
-        points: (N, 2) or (N, 3), what the world reaches [m].
-
-    Raises:
-        ValueError: it is too large, or a coordinate is not a number.
-    """
-    with np.errstate(over="ignore", invalid="ignore"):
-        width = float(np.ptp(points, axis=0).max()) if len(points) else 0.0
-    if not width <= WIDEST:
-        raise ValueError(
-            f"it is {width:g} m wide, of {WIDEST:g} m at most: give its lengths in the right unit,"
-            " or a part of it"
-        )

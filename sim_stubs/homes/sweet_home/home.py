@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.homes.furniture.catalogue import CLASSES
-from sim_stubs.homes.geometry.house import House, Instance, Room, require_home_sized
+from sim_stubs.homes.geometry.extent import require_home_sized
+from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.occupancy_slice import PASSAGE, FreeSpace
 from sim_stubs.homes.geometry.solids import Piece, by_material
 from sim_stubs.homes.sweet_home.models import Opening, load_listed

@@ -22,7 +22,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.geometry.house import WIDEST
+from sim_stubs.homes.geometry.extent import WIDEST
 from vizbot.core.errors import ConfigError
 
 _EXAMPLES = "com/eteks/sweethome3d/io/resources/examples/"
