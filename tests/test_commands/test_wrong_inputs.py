@@ -350,7 +350,7 @@ def refuse(place, taken, command_line, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("row", rows(), ids=lambda row: row[0])
+@pytest.mark.parametrize("row", [*rows()], ids=lambda row: row[0])
 def test_what_cannot_be_used_is_refused_in_one_line(refuse, taken, row):
     command, *words = row
     line = refuse(command)
