@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nav.costmap import Costmap, way_out
+from nav.heap import sift_down, sift_up
 from vizbot.core.program.kernels import njit
 
 ESCAPE_RADIUS = 0.35
@@ -148,47 +149,6 @@ def with_escape(costmap: Costmap, start: NDArray[np.int64]) -> tuple[NDArray[np.
     cost[opened & np.isinf(cost)] = ESCAPE_COST
     cost[row, col] = ESCAPE_COST
     return cost, min(costmap.least, ESCAPE_COST)
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def sift_up(
-    keys: NDArray[np.float64], cells: NDArray[np.int32], at: int, key: float, cell: int
-) -> None:
-    """Put an entry at the free end `at` of the binary heap and let it rise to its place.
-
-    Indices are unsigned, which spares the compiled code a test for those that count from the end.
-    """
-    here = np.uintp(at)
-    while here > np.uintp(0):
-        above = (here - np.uintp(1)) >> np.uintp(1)
-        if keys[above] <= key:
-            break
-        keys[here], cells[here] = keys[above], cells[above]
-        here = above
-    keys[here], cells[here] = key, cell
-
-
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
-def sift_down(
-    keys: NDArray[np.float64], cells: NDArray[np.int32], size: int, key: float, cell: int
-) -> None:
-    """Put an entry at the free top of a binary heap of `size` and let it sink to its place."""
-    # The hole sinks to the end of the heap, and rises to where the entry fits: fewer comparisons,
-    # and the same place.
-    one, end = np.uintp(1), np.uintp(size)
-    at, below = np.uintp(0), one
-    while below < end:
-        if below + one < end:
-            below += np.uintp(keys[below + one] < keys[below])
-        keys[at], cells[at] = keys[below], cells[below]
-        at, below = below, (below << one) + one
-    while at > np.uintp(0):
-        above = (at - one) >> one
-        if keys[above] < key:
-            break
-        keys[at], cells[at] = keys[above], cells[above]
-        at = above
-    keys[at], cells[at] = key, cell
 
 
 @njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]

@@ -3,8 +3,8 @@ import pytest
 
 from vizbot.operator.language.command import ComeBack, Stop
 from vizbot.operator.language.language import ENGLISH
+from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Utterance
-from vizbot.operator.voice.microphone import Listener
 from vizbot.operator.voice.sound_decoder import RATE
 
 HALF = RATE // 2

@@ -26,8 +26,9 @@ from vizbot.commands.dispatch import CommandSender
 from vizbot.core.errors import ConfigError, DeviceError, DeviceTimeoutError
 from vizbot.operator.language.command import GoTo, Stop
 from vizbot.operator.session.vocabulary import HOUSEHOLD
+from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Hypothesis, choose_utterance
-from vizbot.operator.voice.microphone import Listener, Microphone
+from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import Recogniser
 from vizbot.operator.voice.sound import read_sound
 from vizbot.operator.voice.sound_decoder import RATE

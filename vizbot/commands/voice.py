@@ -31,8 +31,9 @@ from vizbot.operator.language.command import (
 from vizbot.operator.language.language import ENGLISH, Language, load_language
 from vizbot.operator.printing import echo
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater
+from vizbot.operator.voice.endpointing import Listener
 from vizbot.operator.voice.intent import Utterance, after_wake, confirmed
-from vizbot.operator.voice.microphone import Listener, Microphone
+from vizbot.operator.voice.microphone import Microphone
 from vizbot.operator.voice.recogniser import Recogniser, require_model, transcribe
 
 _DOUBT_HOLDS = 15.0
