@@ -20,9 +20,10 @@ from vizbot.operator.api.errors import ANYWHERE, error_responses, refuse, refuse
 from vizbot.operator.api.image_stream import NAMES, Pictures, picture_answer, picture_response
 from vizbot.operator.api.map_routes import map_router
 from vizbot.operator.api.proof import Credentials, proof_router
+from vizbot.operator.api.sentence_routes import sentence_router
 from vizbot.operator.api.sockets import socket_router
 from vizbot.operator.api.state import state_of
-from vizbot.operator.api.task_routes import sentence_router, stop_router, task_router
+from vizbot.operator.api.task_routes import stop_router, task_router
 from vizbot.operator.language.dialogue import Dialogue
 from vizbot.operator.session.live_map import LiveMap
 from vizbot.operator.session.session import OperatorSession

@@ -6,13 +6,9 @@ would hold the robot's loop back. To see the run under way, follow the file (`op
 
 from __future__ import annotations
 
-import io
-import logging
-import os
 from collections.abc import Callable
 from datetime import timedelta
 from pathlib import Path
-from threading import Thread
 
 import numpy as np
 import rerun as rr
@@ -20,7 +16,6 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from vizbot.core.closeable import Closeable
-from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert
 from vizbot.core.observer import GoalReport, Step
 from vizbot.core.types import Intrinsics
@@ -29,8 +24,7 @@ from vizbot.operator.figures.image_encoding import jpeg, png
 from vizbot.operator.figures.steps import StepFilter, StepRate
 from vizbot.operator.report.timeline import Event, Events
 from vizbot.operator.viewer.map_layers import MapLayers
-
-log = logging.getLogger(__name__)
+from vizbot.operator.viewer.recording_file import RecordingFile
 
 _JPEG_QUALITY = 65
 _DEPTH_STRIDE = 4
@@ -41,13 +35,6 @@ _REMEMBERED = 50
 """How many steps later the elements of a frame may still arrive."""
 _REST_PERIOD = 10.0
 """Between two recorded steps of a robot at rest [s]."""
-_AT_ONCE = 1 << 16
-"""[bytes]"""
-_FREE_AT_LEAST = 1 << 20
-"""[bytes]; a disk with less is full."""
-_CLOSED_WITHIN = 10.0
-"""[s]"""
-_REMEDY = "free some space"
 
 
 class Viewer(Closeable):
@@ -249,63 +236,3 @@ def layout() -> rrb.Blueprint:
         rrb.SelectionPanel(state="collapsed"),
         rrb.BlueprintPanel(state="collapsed"),
     )
-
-
-class RecordingFile:
-    """Copies what is written to the path `entrance` into a file; drops the rest after an error.
-
-    If rerun writes a file itself, a failed write blocks its `flush` for ever: the writing thread is
-    gone. Through a pipe a full disk causes an error here alone.
-    """
-
-    def __init__(self, path: Path) -> None:
-        """Begin the file anew.
-
-        Raises:
-            ConfigError: it cannot be written.
-        """
-        self._path = path
-        try:
-            self._file = _with_space(path)
-        except OSError as error:
-            raise ConfigError(
-                f"cannot write {path}: {error.strerror}; {_REMEDY}, or go without --rerun"
-            ) from error
-        self._exit, self._entrance = os.pipe()
-        self._closed = False
-        self._copying = Thread(target=self._copy, name="recording", daemon=True)
-        self._copying.start()
-
-    @property
-    def entrance(self) -> Path:
-        """The path to write to; may be opened until `close`."""
-        return Path(f"/dev/fd/{self._entrance}")
-
-    def close(self) -> None:
-        """Wait until all is in the file; others who opened `entrance` must have closed it."""
-        if not self._closed:
-            self._closed = True
-            os.close(self._entrance)
-            self._copying.join(_CLOSED_WITHIN)
-
-    def _copy(self) -> None:
-        whole = True
-        with self._file, os.fdopen(self._exit, "rb", buffering=0) as pipe:
-            while written := pipe.read(_AT_ONCE):
-                if not whole:
-                    continue
-                try:
-                    self._write(memoryview(written))
-                except OSError as error:
-                    whole = False
-                    log.warning("%s is not whole: %s; %s", self._path, error.strerror, _REMEDY)
-
-    def _write(self, written: memoryview) -> None:
-        while written:
-            written = written[self._file.write(written) :]
-
-
-def _with_space(path: Path) -> io.FileIO:
-    """An empty file on a disk with room; raise OSError where there is none."""
-    path.write_bytes(bytes(_FREE_AT_LEAST))
-    return io.FileIO(path, "w")
