@@ -205,10 +205,8 @@ class Walk:
 
     def _drive(self, twist: Twist) -> None:
         """Move the body for the time of a frame, and back off from what it touches."""
-        world, wheel_base = (
-            self._home.world,
-            RehearsalConfig.read(self._config).world.wheel_base,
-        )
+        world = self._home.world
+        wheel_base = RehearsalConfig.read(self._config).world.wheel_base
         before = world.T_world_base
         world.set_wheel_speeds(*wheel_speeds(twist, wheel_base))
         world.advance(1.0 / FRAME_RATE)

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.furniture.appearance import COLOURS, painted_plain
+from sim_stubs.homes.furniture.paint import COLOURS, painted_plain
 from sim_stubs.homes.geometry.bounding_block import FACING
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from sim_stubs.homes.geometry.occupancy_slice import PASSAGE, FreeSpace, PlanGrid, clearance

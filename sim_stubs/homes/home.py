@@ -21,14 +21,9 @@ from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_str
 from sim_stubs.homes.furnishing.placement import RoomLayout
 from sim_stubs.homes.furnishing.rooms import furnish
 from sim_stubs.homes.furniture.catalogue import Entry, read_catalogue
-from sim_stubs.homes.furniture.fitting import (
-    ModelSampler,
-    Source,
-    fitted,
-    model_sampler,
-    stretched_piece,
-)
+from sim_stubs.homes.furniture.fitting import Source, fitted, stretched_piece
 from sim_stubs.homes.furniture.procedural import FIRST_IN_TURN, GOALS, HomeShapes, in_turn
+from sim_stubs.homes.furniture.sampler import ModelSampler, model_sampler
 from sim_stubs.homes.furniture.source import furniture_source
 from sim_stubs.homes.geometry.bounding_block import FACING, Block
 from sim_stubs.homes.geometry.house import House, Instance

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
-from sim_stubs.homes.furniture.appearance import painted_plain
 from sim_stubs.homes.furniture.catalogue import read_catalogue
 from sim_stubs.homes.furniture.fitting import Slot, Source, furnished
+from sim_stubs.homes.furniture.paint import painted_plain
 from sim_stubs.homes.furniture.source import furniture_source
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.occupancy_slice import FreeSpace, PlanGrid, occupied

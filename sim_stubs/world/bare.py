@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim_stubs.homes.furniture.appearance import COLOURS, painted_plain
+from sim_stubs.homes.furniture.paint import COLOURS, painted_plain
 from sim_stubs.homes.geometry.bounding_block import Block
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.mirror import Mirror

@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_stubs.homes.furniture.appearance import painted_in_shades
 from sim_stubs.homes.furniture.catalogue import (
     CATALOGUE,
     CLASSES,
@@ -15,6 +14,7 @@ from sim_stubs.homes.furniture.catalogue import (
     load_model,
     read_catalogue,
 )
+from sim_stubs.homes.furniture.paint import painted_in_shades
 from vizbot.core.errors import ConfigError
 
 REAL = read_catalogue()

@@ -2,7 +2,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_stubs.homes.furniture.appearance import painted_plain
+from sim_stubs.homes.furniture.paint import painted_plain
 from sim_stubs.homes.furniture.procedural import SHAPES, piece
 from sim_stubs.homes.furniture.shapes.curved_solids import ellipse, prism, rod, turned
 from sim_stubs.homes.geometry.solids import (

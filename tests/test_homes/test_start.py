@@ -3,7 +3,7 @@ import pytest
 
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
 from sim_stubs.homes.furniture import procedural
-from sim_stubs.homes.furniture.appearance import painted_plain
+from sim_stubs.homes.furniture.paint import painted_plain
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.homes.start_pose import CLEARANCE, distances, start_for, things_named

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from sim_stubs.homes.textures import canvas, finishes, patterns
-from sim_stubs.homes.textures.canvas import drawn_once
+from sim_stubs.homes.textures import cache, canvas, finishes, patterns
+from sim_stubs.homes.textures.cache import drawn_once
 
 
 @pytest.fixture(autouse=True)
@@ -73,7 +73,7 @@ def test_other_sources_or_libraries_and_a_picture_that_is_gone_draw_again(dots, 
     if gone:
         picture.unlink()
     else:
-        monkeypatch.setattr(canvas, "_drawing", lambda: "another")
+        monkeypatch.setattr(cache, "_drawing", lambda: "another")
     assert draw(1, (0.1, 0.2, 0.3)).is_file()
     assert drawn == [1, 1]
 

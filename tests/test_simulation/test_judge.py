@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from sim_stubs.homes.floor_plan.walls import Opening, RectangularRoom, build_structure
-from sim_stubs.homes.furniture.appearance import painted_plain
+from sim_stubs.homes.furniture.paint import painted_plain
 from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.solids import Piece, box, cylinder

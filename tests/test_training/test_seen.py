@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from sim_stubs.homes.furniture import procedural
-from sim_stubs.homes.furniture.appearance import Appearance, painted_in_shades
+from sim_stubs.homes.furniture.appearance import Appearance
+from sim_stubs.homes.furniture.paint import painted_in_shades
 from sim_stubs.homes.geometry.house import House, Instance, Room
 from training.captions.facts import FACTS
 from training.captions.house_facts import HouseFacts, piece_facts, related

@@ -15,7 +15,8 @@ from sim_stubs.homes.furnishing.arrangement import (
     opposite,
 )
 from sim_stubs.homes.furnishing.placement import RoomLayout
-from sim_stubs.homes.furniture.fitting import ModelSampler, fitted
+from sim_stubs.homes.furniture.fitting import fitted
+from sim_stubs.homes.furniture.sampler import ModelSampler
 from sim_stubs.homes.geometry.bounding_block import facing_of
 from sim_stubs.homes.geometry.house import Instance
 from sim_stubs.homes.geometry.solids import Piece

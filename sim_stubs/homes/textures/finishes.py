@@ -11,12 +11,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from sim_stubs.homes.textures.cache import drawn_once
 from sim_stubs.homes.textures.canvas import (
     SIDE,
     Colour,
     Image,
     clouds,
-    drawn_once,
     grain,
     plain_square,
     saved,

@@ -13,11 +13,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_stubs.homes.textures.cache import drawn_once
 from sim_stubs.homes.textures.canvas import (
     SIDE,
     Colour,
     clouds,
-    drawn_once,
     grain,
     plain_square,
     saved,
