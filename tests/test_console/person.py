@@ -13,8 +13,8 @@ def ask(page, text):
     page.keyboard.press("Enter")
 
 
-def keep_map(page, name):
-    page.get_by_label("Keep this map as").fill(name)
+def save_map(page, name):
+    page.get_by_label("Save this map as").fill(name)
     page.keyboard.press("Enter")
 
 
@@ -27,6 +27,11 @@ def middle_of(locator):
     """Column, row of the middle of an element on the page."""
     box = box_of(locator)
     return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
+def scale_bar(page):
+    """Length of the map's scale bar [pixels], found and measured at once: the map is drawn anew."""
+    return page.evaluate("document.querySelector('#overlay .scale').getBBox().width")
 
 
 def fingers_on(page):

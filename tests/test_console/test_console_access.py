@@ -3,7 +3,7 @@
 import pytest
 
 from tests.helpers.browsing import says, take_lease, until
-from tests.test_console.person import keep_map
+from tests.test_console.person import save_map
 from vizbot.core.observer import Outcome
 from vizbot.core.types import BaseMode
 
@@ -82,7 +82,7 @@ def page(request, open_page, server, robot):
         robot.session.queue.current()
         robot.session.queue.finish(outcome, "92% sure", (2.5, 1.5, 0.4))
     says(page, "#goals li.running", "Sink")
-    keep_map(page, "home")
+    save_map(page, "home")
     says(page, "#maps b", "home")
     yield page
     assert page.complaints == []

@@ -6,7 +6,7 @@ import pytest
 
 from tests.helpers.browsing import box_of, says, touch_screen, until
 from tests.helpers.failing import raising
-from tests.test_console.person import keep_map
+from tests.test_console.person import save_map
 from vizbot.core.errors import ConfigError
 from vizbot.operator.figures.image_encoding import jpeg
 
@@ -81,7 +81,7 @@ def test_no_broken_picture_is_shown_where_a_request_fails(open_page, server, rob
     says(page, "#arrival-question", "Is this it?")
     page.locator("#arrival-picture").wait_for(state="hidden")
     assert not page.locator("#arrival-missing").is_visible()
-    keep_map(page, "home")
+    save_map(page, "home")
     says(page, "#maps b", "home")
     page.locator("#maps img:not([src])").wait_for(state="attached")
     assert not page.locator("#maps img").is_visible()

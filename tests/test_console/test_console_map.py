@@ -1,4 +1,4 @@
-"""The console's map in a real browser: places, keep-out zones, kept maps."""
+"""The console's map in a real browser: places, keep-out zones, saved maps."""
 
 import httpx
 import numpy as np
@@ -12,7 +12,7 @@ from tests.helpers.browsing import (
     understood,
     until,
 )
-from tests.test_console.person import ask, fingers_on, keep_map, middle_of, press, tasks
+from tests.test_console.person import ask, fingers_on, middle_of, press, save_map, scale_bar, tasks
 from vizbot.core.observer import Outcome
 from vizbot.objectnav.tasks import Task, Waypoint
 
@@ -66,9 +66,8 @@ def test_the_mark_of_a_place_lies_under_the_finger_and_stays_there_as_the_map_gr
 
 
 def test_a_bar_shows_the_scale_of_the_map(page, picture):
-    bar = page.locator("#overlay .scale:not(.halo)")
     assert page.locator("#overlay .metres").text_content() == "0.5 m"
-    assert bar.evaluate("bar => bar.getBBox().width") * picture.pixel == pytest.approx(0.5)
+    assert scale_bar(page) * picture.pixel == pytest.approx(0.5)
 
 
 def test_a_place_is_chosen_by_keyboard_alone(page, picture, robot):
@@ -152,23 +151,23 @@ def test_a_zone_that_comes_while_another_one_is_sent_is_not_lost(page, picture, 
     httpx.put(f"{server.url}/map/keep-out", json={"zones": []}).raise_for_status()
 
 
-def test_a_map_is_kept_replaced_left_and_used_again(page, robot):
-    keep_map(page, "ground floor")
-    says(page, "#maps-said", "Kept as “ground floor”.")
+def test_a_map_is_saved_replaced_left_and_used_again(page, robot):
+    save_map(page, "ground floor")
+    says(page, "#maps-said", "Saved as “ground floor”.")
     says(page, "#maps b", "ground floor")
 
-    page.get_by_label("Keep this map as").fill("ground floor")
-    page.get_by_role("button", name="Keep", exact=True).click()
+    page.get_by_label("Save this map as").fill("ground floor")
+    page.get_by_role("button", name="Save", exact=True).click()
     says(page, "#maps-question", "There is a map “ground floor” already. Replace it?")
     page.get_by_role("button", name="Replace it").click()
-    says(page, "#maps-said", "Kept as “ground floor”.")
+    says(page, "#maps-said", "Saved as “ground floor”.")
 
     page.get_by_role("button", name="Begin a new map").click()
     page.locator("#maps-no").click()
     assert robot.pipeline.begun == []
     page.get_by_role("button", name="Begin a new map").click()
     page.get_by_role("button", name="Begin", exact=True).click()
-    says(page, "#maps-said", "It has begun an empty map. The map it left is kept as “left ")
+    says(page, "#maps-said", "It has begun an empty map. The map it left is saved as “left ")
     assert robot.pipeline.begun == [None]
 
     robot.session.ask(["sofa"])
@@ -185,7 +184,7 @@ def test_a_map_is_kept_replaced_left_and_used_again(page, robot):
 
 
 def test_what_is_no_name_is_asked_for_again(page):
-    keep_map(page, "../home")
+    save_map(page, "../home")
     says(page, "#maps-said", "Give it a name of letters")
     says(page, "#maps", "None yet.")
 

@@ -5,7 +5,7 @@ import pytest
 
 from tests.helpers.boxes import ASKEW_MIDDLE, askew_room
 from tests.helpers.browsing import MapPicture, box_of, says, stand_in, touch_screen, until
-from tests.test_console.person import fingers_on, middle_of, press, tasks
+from tests.test_console.person import fingers_on, middle_of, press, scale_bar, tasks
 from vizbot.objectnav.tasks import Waypoint
 
 ANGLE = 0.4
@@ -153,7 +153,6 @@ def test_keys_and_buttons_enlarge_and_reduce_and_show_all(page, picture):
 
 
 def test_the_bar_and_marks_keep_their_size_while_the_map_is_enlarged(page, picture):
-    bar = page.locator("#overlay .scale:not(.halo)")
     page.mouse.click(*picture.on_page(240, 180))
     mark = page.locator("#overlay .chosen:not(.halo)")
     size = box_of(mark)["width"]
@@ -161,7 +160,7 @@ def test_the_bar_and_marks_keep_their_size_while_the_map_is_enlarged(page, pictu
     page.locator("#map").press("+")
     assert box_of(mark)["width"] == pytest.approx(size, abs=0.5)
     metres = float(page.locator("#overlay .metres").text_content().removesuffix(" m"))
-    pixels = bar.evaluate("bar => bar.getBBox().width")
+    pixels = scale_bar(page)
     assert pixels * picture.pixel / 2.25 == pytest.approx(metres)
     assert pixels <= 120 or metres == 0.5
 

@@ -175,7 +175,7 @@ def test_the_loop_neither_joins_nor_saves_nor_answers(robot, monkeypatch, tmp_pa
 def test_keep_out_zones_are_set_told_drawn_and_kept_with_the_map(running, http):
     assert http.put("/map/keep-out", json={"zones": [SQUARE]}).json() == {"zones": 1}
     assert http.get("/map/keep-out").json() == {"zones": [SQUARE]}
-    assert http.put("/maps/home", json={}).json() == {"kept": "home"}
+    assert http.put("/maps/home", json={}).json() == {"saved": "home"}
     http.post("/map/new")
     assert http.get("/map/keep-out").json() == {"zones": []}
     assert http.post("/maps/home/begin").status_code == 200

@@ -337,10 +337,10 @@ class MapNames(AnswerModel):
     """The same with what there is to say of each."""
 
 
-class MapKept(AnswerModel):
+class MapSaved(AnswerModel):
     """The map was saved."""
 
-    kept: str
+    saved: str
     """The name of the saved map."""
 
 

@@ -12,8 +12,8 @@ from vizbot.operator.api.answers import (
     DeletedMap,
     LeftMap,
     ListedMap,
-    MapKept,
     MapNames,
+    MapSaved,
     NamedRoom,
     PlacesAnswer,
     RenamedMap,
@@ -100,10 +100,10 @@ def map_router(live_map: LiveMap) -> APIRouter:
         return picture_answer(jpeg(thumbnail(live_map.saved.grid(name))))
 
     @saved.put("/maps/{name}", summary="Save the map", responses=_CHANGE)
-    def save(name: str, options: SaveMapRequest) -> MapKept:
+    def save(name: str, options: SaveMapRequest) -> MapSaved:
         """Save the map as it is now."""
         live_map.save(name, replace=options.replace)
-        return MapKept(kept=name)
+        return MapSaved(saved=name)
 
     @saved.post("/maps/{name}/begin", summary="Change to a saved map", responses=_BUSY)
     def begin_saved(name: str) -> LeftMap:

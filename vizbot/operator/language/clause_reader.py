@@ -16,23 +16,9 @@ from functools import lru_cache
 from itertools import islice
 from typing import Any
 
-from vizbot.operator.language.command import (
-    Ask,
-    Cancel,
-    Command,
-    Decline,
-    GoTo,
-    WhereIs,
-    goals_of,
-)
+from vizbot.operator.language.command import Ask, Cancel, Command, Decline, GoTo, WhereIs, goals_of
 from vizbot.operator.language.goal_reader import GoalReader
-from vizbot.operator.language.sentence_rules import (
-    RuleMaker,
-    SentenceRule,
-    is_read,
-    readings,
-    slot,
-)
+from vizbot.operator.language.sentence_rules import RuleMaker, SentenceRule, is_read, readings, slot
 from vizbot.operator.language.step_reader import StepReader
 from vizbot.operator.language.step_splitter import (
     MOST_STEPS,

@@ -50,13 +50,7 @@ from vizbot.operator.language.numeral import digits_of
 from vizbot.operator.language.sentence_kinds import ALONE, SentenceWriter
 from vizbot.operator.language.sentence_rules import RuleMaker, readings
 from vizbot.operator.language.step_reader import StepReader
-from vizbot.operator.language.step_splitter import (
-    SentenceStep,
-    StepSplitter,
-    either,
-    plain,
-    tidy,
-)
+from vizbot.operator.language.step_splitter import SentenceStep, StepSplitter, either, plain, tidy
 from vizbot.operator.language.wording import Wording
 
 _QUOTE = re.compile(r"[\"\N{LEFT DOUBLE QUOTATION MARK}\N{RIGHT DOUBLE QUOTATION MARK}]")

@@ -9,15 +9,7 @@ from math import pi, radians
 from typing import Any
 
 from vizbot.objectnav.tasks import FARTHEST, ShortMove
-from vizbot.operator.language.command import (
-    Ask,
-    Command,
-    Decline,
-    GoTo,
-    Move,
-    Reason,
-    goals_of,
-)
+from vizbot.operator.language.command import Ask, Command, Decline, GoTo, Move, Reason, goals_of
 from vizbot.operator.language.goal_reader import GoalReader
 from vizbot.operator.language.sentence_kinds import ABOUT, ALONE, FORBIDDABLE, KINDS, LOOSE
 from vizbot.operator.language.sentence_rules import RuleMaker, SentenceRule, readings, slot

@@ -123,8 +123,8 @@ export function createSavedMaps() {
       return;
     }
     const left = answer.left === null
-      ? "The map it left held too little to be kept."
-      : `The map it left is kept as “${answer.left}”.`;
+      ? "The map it left held too little to be saved."
+      : `The map it left is saved as “${answer.left}”.`;
     showText(`${success} ${left}`);
     await refresh();
   }
@@ -138,7 +138,7 @@ export function createSavedMaps() {
       confirm(`There is a map “${name}” already. Replace it?`, "Replace it", () => save(name, true));
       return;
     }
-    showText(error === null ? `Kept as “${name}”.` : `Not kept: ${error}.`);
+    showText(error === null ? `Saved as “${name}”.` : `Not saved: ${error}.`);
     if (error === null) field("map-name").value = "";
   }
 
@@ -166,7 +166,7 @@ export function createSavedMaps() {
     await refresh();
   }
 
-  byId("keep-form").addEventListener("submit", (event) => {
+  byId("save-form").addEventListener("submit", (event) => {
     event.preventDefault();
     const name = field("map-name").value.trim();
     byId("maps-ask").hidden = true;
