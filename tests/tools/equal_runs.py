@@ -87,9 +87,9 @@ CHAINS: tuple[tuple[Call, ...], ...] = (
     (
         bench("objectnav", "objectnav", "--seeds", "3", "--goals", "1", "--rows", "default",
               "--out", "rows"),
-        bench("multi", "multi", "--seeds", "3", "--rows", "default", "--out", "rows"),
-        bench("retrieval", "retrieval", "--seeds", "3", "--out", "rows"),
-        bench("absent", "absent", "--seeds", "3", "--out", "rows"),
+        bench("multi", "multi", "--quick", "--seeds", "3", "--out", "rows"),
+        bench("retrieval", "retrieval", "--quick", "--seeds", "3", "--out", "rows"),
+        bench("absent", "absent", "--quick", "--seeds", "3", "--out", "rows"),
     ),
     (bench("faults", "faults", "--quick", "--seeds", "1100", "--out", "rows of faults"),),
     (bench("slam", "slam", "--quick", "--seeds", "1100", "--out", "rows of slam"),),
