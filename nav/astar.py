@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from nav.costmap import Costmap, way_out
 from nav.heap import sift_down, sift_up
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 
 ESCAPE_RADIUS = 0.35
 """Distance that a robot too near to an obstacle may drive before it must be clear of it [m]."""
@@ -151,7 +151,7 @@ def with_escape(costmap: Costmap, start: NDArray[np.int64]) -> tuple[NDArray[np.
     return cost, min(costmap.least, ESCAPE_COST)
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@kernel()
 def _estimate(
     field: NDArray[np.float64],
     goals: NDArray[np.int64],
@@ -189,7 +189,7 @@ def _estimate(
             field[r, c] = right
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@kernel()
 def _search(
     cost: NDArray[np.float32],
     step: float,
@@ -262,7 +262,7 @@ def _search(
     return keys, cells, size, total, goal
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@kernel()
 def _cheapest_in(
     goals: NDArray[np.int64], goal_costs: NDArray[np.float64], row: int, col: int
 ) -> int:
@@ -274,7 +274,7 @@ def _cheapest_in(
     return best
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@kernel()
 def _way_back(
     move: NDArray[np.uint8],
     corner: tuple[int, int],
@@ -296,11 +296,7 @@ def _way_back(
 
 
 # A kernel returns no tuple with arrays: an interrupt while numba wraps one ends in a crash.
-@njit(  # type: ignore[untyped-decorator]
-    "i8[:,::1](f4[:,::1], f8, f8, UniTuple(i8, 2), i8[:,:], f8[::1], f8[::1], i8[::1])",
-    cache=True,
-    nogil=True,
-)
+@kernel("i8[:,::1](f4[:,::1], f8, f8, UniTuple(i8, 2), i8[:,:], f8[::1], f8[::1], i8[::1])")
 def _plan(
     cost: NDArray[np.float32],
     least: float,

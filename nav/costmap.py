@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from nav.config import CostmapConfig
 from vizbot.core.distance import distance_to_zero
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import OccupancyGrid
 
 
@@ -156,11 +156,7 @@ def _inflate(
     _look_up(cost[window], cells, free, table)
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(f4[:,:], f4[:,:], b1[:,::1], f4[:,::1])",
-    cache=True,
-    nogil=True,
-)
+@kernel("void(f4[:,:], f4[:,:], b1[:,::1], f4[:,::1])")
 def _look_up(
     cost: NDArray[np.float32],
     cells: NDArray[np.float32],

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vizbot.core.geometry import yaw_of
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3, OccupancyGrid
 
 BLOCKING = 0.55
@@ -89,11 +89,7 @@ class ExploredArea:
         )
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(b1[:,::1], f4[:,::1], f8[::1], f8, f8, f8, f8, f8)",
-    cache=True,
-    nogil=True,
-)
+@kernel("void(b1[:,::1], f4[:,::1], f8[::1], f8, f8, f8, f8, f8)")
 def _cast_rays(
     mask: NDArray[np.bool_],
     occupancy: NDArray[np.float32],

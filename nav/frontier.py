@@ -17,7 +17,7 @@ from nav.costmap import Costmap
 from nav.explored_area import BLOCKING, ExploredArea
 from nav.navigator import GoalPoints, Navigation, navigate
 from vizbot.core.geometry import wrap_angle, yaw_of
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3, OccupancyGrid
 
 _CELLS_PER_POINT = 3
@@ -67,11 +67,7 @@ def gains(
     return np.asarray(cells * grid.resolution**2)
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "f8[::1](b1[:,::1], b1[:,::1], f8[:,::1], f8)",
-    cache=True,
-    nogil=True,
-)
+@kernel("f8[::1](b1[:,::1], b1[:,::1], f8[:,::1], f8)")
 def _unseen_around(
     explored: NDArray[np.bool_],
     occupied: NDArray[np.bool_],
@@ -113,11 +109,7 @@ def area_behind(
     return float(cells * grid.resolution**2)
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "i8(b1[:,::1], b1[:,::1], f8[:,::1], f8)",
-    cache=True,
-    nogil=True,
-)
+@kernel("i8(b1[:,::1], b1[:,::1], f8[:,::1], f8)")
 def _unseen_from_any(
     explored: NDArray[np.bool_],
     occupied: NDArray[np.bool_],

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from nav.costmap import Costmap
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 
 NO_GOAL = -1
 
@@ -162,11 +162,7 @@ def sees(
     return bool(clear_line(costmap.clearance, row, col, goal_row, goal_col, extent))
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "b1(f4[:,::1], f8, f8, f8, f8, f8)",
-    cache=True,
-    nogil=True,
-)
+@kernel("b1(f4[:,::1], f8, f8, f8, f8, f8)")
 def clear_line(
     clearance: NDArray[np.float32],
     row: float,
@@ -190,11 +186,7 @@ def clear_line(
     return True
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(i8[:,::1], i8[::1], f4[:,::1], f4[:,::1], f8[:,::1], f8[:,::1], i8[::1], f8, f8)",
-    cache=True,
-    nogil=True,
-)
+@kernel("void(i8[:,::1], i8[::1], f4[:,::1], f4[:,::1], f8[:,::1], f8[:,::1], i8[::1], f8, f8)")
 def _nearest_goals(
     region: NDArray[np.int64],
     corner: NDArray[np.int64],

@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@kernel()
 def sift_up(
-    keys: NDArray[np.float64], cells: NDArray[np.int32], at: int, key: float, cell: int
+    keys: NDArray[np.float64], cells: NDArray[np.int32], at: int, key: float, cell: np.int32
 ) -> None:
     """Put an entry at the free end `at` of the binary heap and let it rise to its place."""
     here = np.uintp(at)
@@ -26,9 +26,9 @@ def sift_up(
     keys[here], cells[here] = key, cell
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@kernel()
 def sift_down(
-    keys: NDArray[np.float64], cells: NDArray[np.int32], size: int, key: float, cell: int
+    keys: NDArray[np.float64], cells: NDArray[np.int32], size: int, key: float, cell: np.int32
 ) -> None:
     """Put an entry at the free top of a binary heap of `size` and let it sink to its place."""
     # The hole sinks to the end of the heap, and rises to where the entry fits: fewer comparisons,

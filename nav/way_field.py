@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from nav.astar import with_escape
 from nav.costmap import Costmap
 from nav.goal_region import clear_line
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import OccupancyGrid
 
 _NEAR = 4.0
@@ -156,7 +156,7 @@ class _Spreading:
         return True
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@kernel()
 def _wait(
     chains: NDArray[np.int32], links: NDArray[np.int32], cell: int, chain: int, old_chain: int
 ) -> None:
@@ -176,11 +176,7 @@ def _wait(
     chains[chain] = cell
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "i8(f4[::1], i8, f8, i8, i8, i8, f8[::1], i4[::1], i4[::1], i4[:,::1])",
-    cache=True,
-    nogil=True,
-)
+@kernel("i8(f4[::1], i8, f8, i8, i8, i8, f8[::1], i4[::1], i4[::1], i4[:,::1])")
 def _spread(
     price: NDArray[np.float32],
     cols: int,
@@ -235,11 +231,7 @@ def _spread(
     return waiting
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "f8[::1](f8[:,:], f8, f8[:,:])",
-    cache=True,
-    nogil=True,
-)
+@kernel("f8[::1](f8[:,:], f8, f8[:,:])")
 def _least_around(
     points: NDArray[np.float64], within: float, field: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -257,11 +249,7 @@ def _least_around(
     return least
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "f8(f8[:,:], f4[:,::1], f4[:,::1], f8[:], f8[:], f8, f8)",
-    cache=True,
-    nogil=True,
-)
+@kernel("f8(f8[:,:], f4[:,::1], f4[:,::1], f8[:], f8[:], f8, f8)")
 def _least_in_sight(
     field: NDArray[np.float64],
     clearance: NDArray[np.float32],

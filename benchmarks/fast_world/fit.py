@@ -194,10 +194,8 @@ def _views(home: SeenHome, rng: np.random.Generator) -> Iterator[tuple[NDArray[n
     """
     for goal, there in home.there.items():
         drawn = []
-        for outcome, share, most in (
-            (True, PRIOR, _MOST_VIEWS // 3),
-            (False, 1 - PRIOR, _MOST_VIEWS),
-        ):
+        shares = (True, PRIOR, _MOST_VIEWS // 3), (False, 1 - PRIOR, _MOST_VIEWS)
+        for outcome, share, most in shares:
             rows = np.flatnonzero(there == outcome)
             rows = rng.choice(rows, min(len(rows), most), replace=False)
             drawn.append((rows, np.full(len(rows), share / max(len(rows), 1))))

@@ -43,13 +43,10 @@ from benchmarks.objectnav.single_goal import DEFAULT, NAME, SCALES, oracle_table
 FORMER = "former"
 """The row of the search before this one, driven at its last commit."""
 _THIRD = {
-    ENCODER_ROWS[
-        "clip"
-    ]: "cosines lie where those of ViT-L/14 do, in the same order, and the search"
-    " knows their scale and bias",
-    ENCODER_ROWS[
-        "offset"
-    ]: "in addition each text has an offset, and each pair of patch and text an error (0.01 each)",
+    ENCODER_ROWS["clip"]: "cosines lie where those of ViT-L/14 do, in the same order, and the"
+    " search knows their scale and bias",
+    ENCODER_ROWS["offset"]: "in addition each text has an offset, and each pair of patch and text"
+    " an error (0.01 each)",
     ENCODER_ROWS["unknown"]: "cosines as of ViT-L/14, but the search knows neither scale nor bias"
     " and has z-scores alone",
     "true encoder": "the truth about what each patch shows",

@@ -39,10 +39,7 @@ from benchmarks.slam.sequence_scores import (
 )
 from drivers.tum_sequence import RecordedSequence
 from mapping.slam.config import SlamConfig
-from mapping.trajectory_error import (
-    MAX_GAP,
-    associate,
-)
+from mapping.trajectory_error import MAX_GAP, associate
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole

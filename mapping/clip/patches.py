@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mapping.clip.config import ClipMapperConfig
 from mapping.clip.mapper import FrameElements
 from vizbot.core.camera_limits import FARTHEST_DEPTH
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import Intrinsics, RGBDFrame
 
 if TYPE_CHECKING:  # the protocol's module loads torch
@@ -86,16 +86,14 @@ def patch_points(
     return points, shares
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(f4[:,::1], Array(i4, 2, 'C', readonly=True), f8[::1], f8[::1], f8, f8[:,::1], f8[::1])",
-    cache=True,
-    nogil=True,
+@kernel(
+    "void(f4[:,::1], Array(i4, 2, 'C', readonly=True), f8[::1], f8[::1], f8, f8[:,::1], f8[::1])"
 )
 def _mean_points(
     depth: NDArray[np.float32],
     boxes: NDArray[np.int32],
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
+    x: NDArray[np.floating],
+    y: NDArray[np.floating],
     spreads: float,
     points: NDArray[np.float64],
     shares: NDArray[np.float64],

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.evidence import NEAR
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 
 FIELDS = 14
 """Number of values that are kept of a place."""
@@ -159,11 +159,7 @@ def around(
     return np.asarray(total / np.maximum(count, 1e-3))
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(f4[:,:,::1], i8[:,::1], f4[::1], f4[::1], f4[::1], i8[::1], f4[:,::1])",
-    cache=True,
-    nogil=True,
-)
+@kernel("void(f4[:,:,::1], i8[:,::1], f4[::1], f4[::1], f4[::1], i8[::1], f4[:,::1])")
 def _fold(
     kept: NDArray[np.float32],
     places: NDArray[np.int64],

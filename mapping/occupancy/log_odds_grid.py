@@ -6,14 +6,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from numba import f4, f8, i8, u1, void
-from numba.types import Array
 from numpy.typing import NDArray
 
 from mapping.occupancy.config import ScanConfig
 from mapping.occupancy.planar_scan import BEARINGS, OBSTACLE, PlanarScan
 from vizbot.core.geometry import yaw_of
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3, OccupancyGrid
 
 _BLOCK = 64
@@ -132,12 +130,8 @@ class LogOddsGrid:
         return OccupancyGrid(occupancy, self._resolution, origin)
 
 
-@njit(  # type: ignore[untyped-decorator]
-    void(
-        f4[:, ::1], f8[::1], f8, Array(u1, 2, "C", readonly=True), i8, f8, f8, f8, f8[::1], f8, f8
-    ),
-    cache=True,
-    nogil=True,
+@kernel(
+    "void(f4[:,::1], f8[::1], f8, Array(u1, 2, 'C', readonly=True), i8, f8, f8, f8, f8[::1],f8,f8)"
 )
 def _paint(
     log_odds: NDArray[np.float32],

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.occupancy.config import ScanConfig
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3, Intrinsics
 
 BEARINGS = 720
@@ -110,7 +110,7 @@ def scan_of_obstacles(points: NDArray[np.float64], config: ScanConfig) -> Planar
     return PlanarScan(0, evidence.shape, zlib.compress(evidence.tobytes(), 1))
 
 
-@njit(cache=True, nogil=True)  # type: ignore[untyped-decorator]
+@kernel()
 def bearing_bin(x: float, y: float, bearings: int) -> int:
     """Bin of the direction x, y: b is centred (b + 0.5) / bearings of a turn from -x.
 
@@ -129,11 +129,9 @@ def bearing_bin(x: float, y: float, bearings: int) -> int:
     return int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * bearings) % bearings
 
 
-@njit(  # type: ignore[untyped-decorator]
+@kernel(
     "void(f4[:,::1], f8[::1], f8[:,::1], i8, f8, f8, f8, f8, f8, f8, f8, f8,"
-    " u2[:,::1], u2[:,::1], u2[:,::1])",
-    cache=True,
-    nogil=True,
+    " u2[:,::1], u2[:,::1], u2[:,::1])"
 )
 def _project(
     depth: NDArray[np.float32],
@@ -195,11 +193,7 @@ def _project(
                 obstacles[b, r] += 1
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(UniTuple(i8, 2), f8[::1], f8[:,::1], f8, f8, i8[::1])",
-    cache=True,
-    nogil=True,
-)
+@kernel("void(UniTuple(i8, 2), f8[::1], f8[:,::1], f8, f8, i8[::1])")
 def _nearest_floor_in_view(
     shape: tuple[int, int],
     lens: NDArray[np.float64],
@@ -225,11 +219,7 @@ def _nearest_floor_in_view(
             nearest[b] = min(nearest[b], max(int(distance / range_step), 0) + 1)
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "u1[:,::1](u2[:,::1], u2[:,::1], u2[:,::1], i8[::1], i8)",
-    cache=True,
-    nogil=True,
-)
+@kernel("u1[:,::1](u2[:,::1], u2[:,::1], u2[:,::1], i8[::1], i8)")
 def _classify(
     obstacles: NDArray[np.uint16],
     floor: NDArray[np.uint16],

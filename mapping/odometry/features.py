@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.odometry.config import FeatureConfig
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import RGBDFrame
 
 
@@ -89,11 +89,7 @@ def strongest_corners(grey: NDArray[np.uint8], config: FeatureConfig) -> NDArray
     return corners[: _apart(ascending, strength.shape, config.spacing, corners)]
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "i8(i8[::1], UniTuple(i8, 2), f8, f4[:,::1])",
-    cache=True,
-    nogil=True,
-)
+@kernel("i8(i8[::1], UniTuple(i8, 2), f8, f4[:,::1])")
 def _apart(
     ascending: NDArray[np.int64],
     shape: tuple[int, int],

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3
 
 Matches: TypeAlias = tuple[
@@ -26,13 +26,13 @@ _OUTLIER = 16.0
 _ITERATIONS = 10
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kernel()
 def _share(depth_k: float, depth_c: float) -> float:
     """A match with depth on both sides is seen twice; each view counts half."""
     return 0.5 if depth_k > 0 and depth_c > 0 else 1.0
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kernel()
 def _squared(residual: NDArray[np.float64], rows: int) -> float:
     error = 0.0
     for k in range(rows):
@@ -41,7 +41,7 @@ def _squared(residual: NDArray[np.float64], rows: int) -> float:
 
 
 # Inlined, and without arrays of its own: it is called some thousand times per pose.
-@njit(cache=True, inline="always")  # type: ignore[untyped-decorator]
+@kernel(inline="always")
 def _view(
     rotation: NDArray[np.float64],
     t: NDArray[np.float64],
@@ -103,8 +103,8 @@ def _view(
     return 3
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
-def _moved(T: SE3, step: NDArray[np.float64]) -> SE3:
+@kernel()
+def _moved(T: SE3, step: NDArray[np.floating]) -> SE3:
     """T with a right perturbation, rotation first."""
     w = step[:3]
     angle = np.sqrt((w * w).sum())
@@ -150,11 +150,9 @@ def refine(
 
 
 # A kernel returns no tuple with arrays: an interrupt while numba wraps one ends in a crash.
-@njit(  # type: ignore[untyped-decorator]
+@kernel(
     "void(f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[:,::1], f8[::1], f8, f8,"
-    "i8[::1], f8[:,::1], f8[:,::1])",
-    cache=True,
-    nogil=True,
+    "i8[::1], f8[:,::1], f8[:,::1])"
 )
 def _refine(
     T_k_c: SE3,

@@ -16,7 +16,7 @@ from mapping.odometry.config import FeatureConfig, MinimalPoseConfig, OdometryCo
 from mapping.odometry.features import Features
 from mapping.odometry.pose_refinement import Matches, refine
 from vizbot.core.geometry import invert, rotation_angle, transform
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3, Intrinsics
 
 _CELL = 16
@@ -204,7 +204,7 @@ def match(
     return np.column_stack((matched, best[matched]))
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@kernel()
 def _bits(word: np.uint64) -> np.int64:
     """Number of ones, the parallel count of Hacker's Delight, figure 5-2."""
     word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
@@ -215,11 +215,7 @@ def _bits(word: np.uint64) -> np.int64:
     return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "i8[::1](u8[:,::1], f8[:,::1], u8[:,::1], f8[:,::1], f8, i8, f8)",
-    cache=True,
-    nogil=True,
-)
+@kernel("i8[::1](u8[:,::1], f8[:,::1], u8[:,::1], f8[:,::1], f8, i8, f8)")
 def _match(
     descriptors: NDArray[np.uint64],
     predicted: NDArray[np.float64],
@@ -245,7 +241,7 @@ def _match(
         u, v = predicted[i, 0], predicted[i, 1]
         if not (np.isfinite(u) and np.isfinite(v)):
             continue
-        nearest, distance, second = -1, 257, 257
+        nearest, distance, second = -1, np.int64(257), np.int64(257)
         for row in range(
             max(0, int((v - radius) // _CELL)), min(rows - 1, int((v + radius) // _CELL)) + 1
         ):
@@ -256,7 +252,7 @@ def _match(
                 while j >= 0:
                     du, dv = other_pixels[j, 0] - u, other_pixels[j, 1] - v
                     if du * du + dv * dv <= radius * radius:
-                        hamming = 0
+                        hamming = np.int64(0)
                         for k in range(4):
                             hamming += _bits(descriptors[i, k] ^ other_descriptors[j, k])
                         if hamming < distance:

@@ -32,14 +32,7 @@ from mapping.slam.config import SlamConfig
 from mapping.slam.loop_closure import LoopClosure
 from vizbot.core.errors import MapError
 from vizbot.core.geometry import invert
-from vizbot.core.types import (
-    SE3,
-    ImuSamples,
-    Intrinsics,
-    PoseEstimate,
-    RGBDFrame,
-    Tracking,
-)
+from vizbot.core.types import SE3, ImuSamples, Intrinsics, PoseEstimate, RGBDFrame, Tracking
 
 _log = logging.getLogger(__name__)
 

@@ -19,7 +19,7 @@ from scipy.special import ndtri
 
 from sim_stubs.realsense.config import ColourNoiseConfig, DepthNoiseConfig
 from vizbot.core.geometry import transform
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3, Intrinsics
 
 NORMAL = ndtri((np.arange(256) + 0.5) / 256).astype(np.float32)
@@ -105,12 +105,7 @@ def occluded(disparity: NDArray[np.floating]) -> NDArray[np.bool_]:
     return hidden
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(f4[:,::1], b1[:,::1])",
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-)
+@kernel("void(f4[:,::1], b1[:,::1])", error_model="numpy")
 def _hide(disparity: NDArray[np.float32], hidden: NDArray[np.bool_]) -> None:
     rows, columns = disparity.shape
     for row in range(rows):
@@ -121,11 +116,9 @@ def _hide(disparity: NDArray[np.float32], hidden: NDArray[np.bool_]) -> None:
             nearest = min(nearest, seen)
 
 
-@njit(  # type: ignore[untyped-decorator]
+@kernel(
     "void(f4[:,::1], f4[:,::1], b1[:,::1], b1[:,::1], b1[:,::1], u1[:,::1], f4[::1], f4, f4, f4,"
     " f4, f4[:,::1])",
-    cache=True,
-    nogil=True,
     error_model="numpy",
 )
 def _measure(

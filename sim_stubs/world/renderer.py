@@ -26,7 +26,7 @@ from sim_stubs.world.visibility import Visibility
 from vizbot.core.closeable import Closeable
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.program.interrupts import is_interrupt
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3, Intrinsics
 
 REMEDY = "apt-get install libegl1 libgl1"
@@ -280,12 +280,7 @@ class Renderer(Closeable):
         )
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(f4[:,:], f4, f4, f4, f4[:,::1])",
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-)
+@kernel("void(f4[:,:], f4, f4, f4, f4[:,::1])", error_model="numpy")
 def _to_metres(
     buffer: NDArray[np.float32],
     product: np.float32,

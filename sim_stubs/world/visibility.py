@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.solids import Part, triangles
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3, Intrinsics
 
 CELL = 1.0
@@ -191,9 +191,7 @@ def _spheres(part: Part, mesh: int) -> NDArray[np.float64]:
     return np.array(bounds).reshape(-1, 8)
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(f8[::1], i8[::1], i8[::1], f8[::1])", cache=True, nogil=True
-)
+@kernel("void(f8[::1], i8[::1], i8[::1], f8[::1])")
 def _farthest(
     sight: NDArray[np.float64],
     first: NDArray[np.intp],
@@ -207,12 +205,7 @@ def _farthest(
             reach[run] = max(reach[run], sight[sector % len(sight)])
 
 
-@njit(  # type: ignore[untyped-decorator]
-    "void(f8[:,:], f8[:,:], f8[:,:], f8[:], f8[:,::1], f8[::1])",
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-)
+@kernel("void(f8[:,:], f8[:,:], f8[:,:], f8[:], f8[:,::1], f8[::1])", error_model="numpy")
 def _shorten(
     start: NDArray[np.float64],
     end: NDArray[np.float64],

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 import numpy as np
-from numba import njit
 
 from mapping.clip.belief import PlaceBelief
 from mapping.clip.footprint import PLACE
@@ -21,6 +20,7 @@ from vizbot.core.diff_drive import rolled, wheel_speeds
 from vizbot.core.distance import distance_to_zero
 from vizbot.core.geometry import camera_mount, invert, planar, yaw_of
 from vizbot.core.interfaces import Devices
+from vizbot.core.program.kernels import kernel
 from vizbot.core.simulated_clock import SimulatedClock
 from vizbot.core.types import (
     STOP,
@@ -345,7 +345,7 @@ def _packed(evidence):
     return zlib.compress(evidence.tobytes(), 0)
 
 
-@njit(cache=True)
+@kernel()
 def _cast_rays(plan, x, y, yaw, cell, reach, hits, kinds):
     bins = len(hits)
     for b in range(bins):
@@ -365,7 +365,7 @@ def _cast_rays(plan, x, y, yaw, cell, reach, hits, kinds):
                 break
 
 
-@njit(cache=True)
+@kernel()
 def _classify(evidence, hits, shown, step, least_range, floor_from):
     for b in range(len(hits)):
         is_hit = shown[b] and hits[b] >= least_range

@@ -19,15 +19,7 @@ from vizbot.core.program.interrupts import ended_by_interrupt
 from vizbot.operator.client.endpoint import LANGUAGE
 from vizbot.operator.client.robot_client import RobotClient
 from vizbot.operator.client.stop import HERE
-from vizbot.operator.language.command import (
-    Cancel,
-    Command,
-    Explore,
-    GoTo,
-    No,
-    Yes,
-    command_name,
-)
+from vizbot.operator.language.command import Cancel, Command, Explore, GoTo, No, Yes, command_name
 from vizbot.operator.language.language import ENGLISH, Language, load_language
 from vizbot.operator.printing import echo
 from vizbot.operator.session.vocabulary import HOUSEHOLD, VocabularyUpdater

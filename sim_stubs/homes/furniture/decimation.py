@@ -5,13 +5,14 @@ from __future__ import annotations
 import heapq
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sim_stubs.homes.furniture.wavefront import Surface
-from vizbot.core.program.kernels import njit
+from vizbot.core.program.kernels import kernel
 
 _NEIGHBOURS = 24
 """Original corners looked at for the triangle under a new corner: enough for a fan or two."""
@@ -90,8 +91,10 @@ def _planes(
     return np.asarray(weight[:, :, None] * plane[:, :, None] * plane[:, None, :])
 
 
-@njit(cache=True)
-def _collapse_edges(points, faces, quadrics, max_faces):  # type: ignore[no-untyped-def]
+@kernel()
+def _collapse_edges(
+    points: NDArray[np.float64], faces: NDArray[np.int64], quadrics: NDArray[np.float64], most: int
+) -> NDArray[np.int64]:
     """Faces (F', 3) left of `faces` (F, 3) after collapsing the cheapest edges."""
     faces = faces.copy()
     quadrics = quadrics.copy()
@@ -112,7 +115,7 @@ def _collapse_edges(points, faces, quadrics, max_faces):  # type: ignore[no-unty
         queue.append((_cost(points, quadrics, other, point), other, point, 0, 0))
     heapq.heapify(queue)
     count = len(faces)
-    while count > max_faces and len(queue) > 0:
+    while count > most and len(queue) > 0:
         _, gone, kept, gone_version, kept_version = heapq.heappop(queue)
         if version[gone] != gone_version or version[kept] != kept_version:
             continue
@@ -146,8 +149,10 @@ def _collapse_edges(points, faces, quadrics, max_faces):  # type: ignore[no-unty
     return faces[alive]
 
 
-@njit(cache=True)
-def _cost(points, quadrics, gone, kept):  # type: ignore[no-untyped-def]
+@kernel()
+def _cost(
+    points: NDArray[np.float64], quadrics: NDArray[np.float64], gone: Any, kept: Any
+) -> float:
     """Quadric error of moving `gone` to `kept`; of equal ones the shorter edge is cheaper."""
     x, y, z = points[kept]
     q = quadrics[gone] + quadrics[kept]
@@ -160,11 +165,19 @@ def _cost(points, quadrics, gone, kept):  # type: ignore[no-untyped-def]
         + q[3, 3]
     )
     edge = points[gone] - points[kept]
-    return max(error, 0.0) + 1e-6 * (edge * edge).sum() ** 2
+    return float(max(error, 0.0) + 1e-6 * (edge * edge).sum() ** 2)
 
 
-@njit(cache=True)
-def _folds(points, faces, alive, corner, following, gone, kept):  # type: ignore[no-untyped-def]
+@kernel()
+def _folds(
+    points: NDArray[np.float64],
+    faces: NDArray[np.int64],
+    alive: NDArray[np.bool_],
+    corner: np.int64,
+    following: NDArray[np.int64],
+    gone: Any,
+    kept: Any,
+) -> bool:
     """Whether a face around `gone` would turn by more than 75 degrees or become a line."""
     while corner >= 0:
         face = faces[corner // 3]

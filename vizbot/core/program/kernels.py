@@ -1,4 +1,4 @@
-"""Numba's `njit`, with a folder for compiled kernels also where an account can keep none.
+"""Kernels: functions that numba compiles, and keeps where an account can keep any.
 
 What takes the first minutes is said once, by whatever command compiles first.
 """
@@ -9,16 +9,17 @@ import atexit
 import logging
 import os
 import shutil
+from collections.abc import Callable
 from tempfile import mkdtemp
+from typing import Any, TypeVar
 
 import numba
-from numba import njit
 
 from vizbot.core.errors import ConfigError
 from vizbot.core.program.kernel_folder import VARIABLE, can_keep, is_empty
 from vizbot.core.program.log_records import NOTICE
 
-__all__ = ["njit"]
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 log = logging.getLogger(__name__)
 
@@ -40,3 +41,16 @@ if not can_keep():
     os.environ[VARIABLE] = numba.config.CACHE_DIR = _folder
 elif is_empty():
     log.log(NOTICE, "compiling what computes maps and ways, once: one to two minutes")
+
+
+def kernel(signature: str | None = None, **options: Any) -> Callable[[_Function], _Function]:
+    """Compile a function without Python's interpreter, beside which other threads go on.
+
+    Args:
+        signature: Its types, for which it is compiled at once; None for those of each call.
+        options: Of `numba.njit`.
+    """
+    compiler: Callable[[_Function], _Function] = numba.njit(
+        signature, cache=True, nogil=True, **options
+    )
+    return compiler
