@@ -31,7 +31,8 @@ AT_ONCE = 2
 COMPARED = ("trajectory.tum", "commands.csv", "map/map.safetensors")
 """Files of a run that are compared byte for byte, where they are there."""
 NOT_COMPARED = re.compile(
-    r"^(.*_ms|.*_cpu|wall_.*|run|map|commit|key|hardware|duration|stop_s|.*seconds_a_.*)$"
+    r"^(.*_ms|(.*_)?ms_.*|.*_cpu|wall_.*|created|run|map|commit|key|hardware|duration|stop_s"
+    r"|.*seconds_a_.*)$"
 )
 """Keys of JSON that say times on the wall clock, folders, or which sources and machine it was."""
 
