@@ -152,6 +152,37 @@ def test_where_all_are_answered_the_oldest_request_and_then_the_newest_websocket
     assert asyncio.run(answered()) == [[7], [7, 8], [7, 8]]
 
 
+def test_bodies_that_trickle_give_way_before_who_has_just_come(opened):
+    """Whoever has just come is not answered yet, where all others are."""
+    clocked = Clocked(opened)
+    clients = [clocked.connect() for _ in range(MOST_OF_ONE)]
+    clocked.time = 1.0
+
+    async def answered():
+        ends = asyncio.Event()
+
+        async def trickle():
+            await ends.wait()
+            return {"type": "http.request", "more_body": False}
+
+        async def read(scope, receive, send):
+            await receive()
+
+        app = clocked.listener.watching(read)
+        answers = []
+        for client in clients:
+            headers = [(b"content-length", b"9")]
+            scope = {"type": "http", "client": client.getsockname(), "headers": headers}
+            answers.append(asyncio.ensure_future(app(scope, trickle, None)))
+        await asyncio.sleep(0)
+        come = [clocked.connect() for _ in range(3)]
+        ends.set()
+        await asyncio.gather(*answers)
+        return [is_closed(each) for each in (*clients[:4], *come)]
+
+    assert asyncio.run(answered()) == [True, True, True, False, False, False, False]
+
+
 def test_who_does_not_read_an_answer_is_hung_up_on(opened, monkeypatch):
     monkeypatch.setattr(connection_limits, "_SEND_TIMEOUT", 0.1)
     clocked = Clocked(opened)

@@ -21,6 +21,9 @@ That lets an answer that is on its way arrive."""
 _SEND_TIMEOUT = 5.0
 """A client that does not read a part of its answer for so long is hung up on [s]."""
 
+_OF_BODIES = (b"content-length", b"transfer-encoding")
+"""Headers of requests that have a body."""
+
 
 @dataclass(slots=True, eq=False)
 class _Connection:
@@ -30,6 +33,7 @@ class _Connection:
         socket: The server's end; asyncio closes it.
         since: Time of its opening or of its answer [s].
         answered: Whether a request of it is being answered; an open WebSocket is one.
+        trickles: Whether the body of that request is not whole yet.
         is_websocket: Whether it is one.
     """
 
@@ -37,6 +41,7 @@ class _Connection:
     address: str
     since: float
     answered: bool = False
+    trickles: bool = False
     is_websocket: bool = False
 
 
@@ -44,8 +49,9 @@ class BoundedListener(socket.socket):
     """Takes the connections that the acceptor passes on, and limits how many are open.
 
     To asyncio it is a listening socket. A new connection is always taken. Where too many are open,
-    one gives way to it: the oldest that is not being answered, else the oldest request, else the
-    newest WebSocket, so that a flood of these does not cut off who watched or drove before.
+    one gives way to it: the oldest without a whole request, else the oldest request, else the
+    newest WebSocket, so that a flood of these does not cut off who watched or drove before, and one
+    of bodies that trickle not who has just come.
     Used by one thread.
     """
 
@@ -105,12 +111,18 @@ class BoundedListener(socket.socket):
                 except TimeoutError:
                     self._shut_down(connection)
 
+            async def receive_part() -> Message:
+                message = await receive()
+                connection.trickles = bool(message.get("more_body", False))
+                return message
+
             connection.answered = True
+            connection.trickles = any(name in _OF_BODIES for name, _ in scope.get("headers", ()))
             connection.is_websocket = scope["type"] == "websocket"
             try:
-                await app(scope, receive, send_in_time)
+                await app(scope, receive_part, send_in_time)
             finally:
-                connection.answered = False
+                connection.answered = connection.trickles = False
                 connection.since = self._now()
 
         return watched
@@ -134,7 +146,7 @@ def _least_needed(crowd: list[_Connection]) -> _Connection:
     return min(
         crowd,
         key=lambda each: (
-            each.answered,
+            each.answered and not each.trickles,
             each.is_websocket,
             -each.since if each.is_websocket else each.since,
         ),
