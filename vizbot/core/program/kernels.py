@@ -44,7 +44,7 @@ elif is_empty():
 
 
 def kernel(signature: str | None = None, **options: Any) -> Callable[[_Function], _Function]:
-    """Compile a function without Python's interpreter, beside which other threads go on.
+    """Compile a function that runs without the interpreter, so that other threads go on.
 
     Args:
         signature: Its types, for which it is compiled at once; None for those of each call.

@@ -22,7 +22,7 @@ _SEND_TIMEOUT = 5.0
 """A client that does not read a part of its answer for so long is hung up on [s]."""
 
 _OF_BODIES = (b"content-length", b"transfer-encoding")
-"""Headers of requests that have a body."""
+"""Headers of requests that have a body, unless its length is 0."""
 
 
 @dataclass(slots=True, eq=False)
@@ -117,7 +117,9 @@ class BoundedListener(socket.socket):
                 return message
 
             connection.answered = True
-            connection.trickles = any(name in _OF_BODIES for name, _ in scope.get("headers", ()))
+            connection.trickles = any(
+                name in _OF_BODIES and value != b"0" for name, value in scope.get("headers", ())
+            )
             connection.is_websocket = scope["type"] == "websocket"
             try:
                 await app(scope, receive_part, send_in_time)
