@@ -88,8 +88,6 @@ class BeliefSearchConfig(Settings):
     min_probability_per_metre: float = Field(default=0.005, ge=0.0, le=10.0)
     """A search ends as not found where nothing has more than this probability for each metre of
     way; the limit rises to this from 0 between `late_after_steps` and twice that [1/m]."""
-    rejection_factor: float = Field(default=0.2, gt=0.0, lt=1.0)
-    """A place looked at from near and not believed keeps this share of its probability [1]."""
 
 
 class ObjectNavConfig(Settings):

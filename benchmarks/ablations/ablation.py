@@ -39,7 +39,6 @@ _WEIGHTS = Path(__file__).parent
 
 ABLATIONS: Mapping[str, Ablation] = {
     "likeness at frontiers": Ablation(SearchParts(likeness=False)),
-    "other spots": Ablation(SearchParts(most_looks=1)),
     "commitment": Ablation(commitment=False),
     "z-score": Ablation(SearchParts(weights=_WEIGHTS / "without_z_score.json")),
     "joined views": Ablation(SearchParts(weights=_WEIGHTS / "without_joined_views.json")),

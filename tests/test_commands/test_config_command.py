@@ -237,7 +237,7 @@ def test_the_search_has_at_most_half_of_the_47_settings_that_it_once_had():
     objectnav = Config().objectnav.model_dump()
     tables = [each for each in (objectnav, *objectnav.values()) if isinstance(each, dict)]
     values = [key for each in tables for key in each if not isinstance(each[key], dict)]
-    assert {"method", "rejection_factor", "seconds"} <= set(values)
+    assert {"method", "finding_density", "seconds"} <= set(values)
     assert len(values) <= 47 // 2
 
 

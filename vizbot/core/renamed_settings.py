@@ -17,7 +17,7 @@ RENAMED = {
     "objectnav": {"found": "answer_probability", "settling": "gyro_settling"},
     "objectnav.search": {
         "candidate": "candidate_probability", "commitment": "aim_change_margin",
-        "doubt": "rejection_factor", "findings": "finding_density",
+        "findings": "finding_density",
         "last": "arrival_probability_last", "patience": "late_after_steps",
         "settled": "arrival_probability_late", "sure": "arrival_probability_early",
         "worth": "min_probability_per_metre",

@@ -33,7 +33,7 @@ from vizbot.core.place_scores import Measure, PlaceScores
 from vizbot.core.types import SE3, STOP, OccupancyGrid
 from vizbot.objectnav import reasons
 from vizbot.objectnav.candidates import NOTHING_SEEN, believed_places, question_of, scores_of
-from vizbot.objectnav.looks import APART, RINGS, Looks, Turns
+from vizbot.objectnav.looks import APART, Looks, Turns
 from vizbot.objectnav.option import Aim, Option
 from vizbot.objectnav.place_options import (
     REACH,
@@ -62,8 +62,6 @@ HELD = 0.8
 """Factor on the threshold of a place while the robot approaches it."""
 MOST_BELIEFS = 64
 """Goals whose beliefs are kept."""
-_ON_SPOT = 0.25
-"""Distance from a spot at which the robot stands on it [m]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -99,7 +97,7 @@ class BeliefSearch:
         self._parts = parts
         self._config, self._search = config, config.objectnav.search
         self._frontiers = frontiers
-        self._places = PlaceOptions(config, parts)
+        self._places = PlaceOptions(config)
         self._unseen = FrontierOptions(config, frontiers, likeness=parts.likeness)
         self._costmap = LiveCostmap(config.navigator.costmap)
         self._ways = WayField()
@@ -151,11 +149,8 @@ class BeliefSearch:
         self._barred_xy = places_xy
 
     def place_of(self, navigation: Navigation) -> NDArray[np.float64]:
-        """See `Search.place_of`; the way may lead to a spot from where the place is looked at."""
-        aim, end_xy = self._aim, navigation.goal_xy
-        if aim is not None and aim.spot_xy is not None and np.array_equal(end_xy, aim.spot_xy):
-            return aim.xy
-        return end_xy
+        """See `Search.place_of`."""
+        return navigation.goal_xy
 
     def refute(self, place_xy: NDArray[np.float64] | None = None) -> None:
         """See `Search.refute`."""
@@ -217,7 +212,7 @@ class BeliefSearch:
         if closing is not None:
             return closing
         while options := [
-            *self._places.options(belief, costmap, self._ways, self._looks, self._aim),
+            *self._places.options(belief, costmap, self._ways, self._looks),
             *self._unseen.options(belief, costmap, self._ways, T_map_base),
         ]:
             option = max(options, key=self._worth)
@@ -248,7 +243,7 @@ class BeliefSearch:
                     )
             self._aim = None
             if option.kind == "place":
-                self._looks.add(option.xy, T_map_base[:2, 3])
+                self._looks.add(option.xy)
             else:
                 self._frontiers.give_up(option.xy)
         return self._last(belief, grid, costmap, T_map_base)
@@ -321,7 +316,7 @@ class BeliefSearch:
             if (turn := self._turns.twist(T_map_base)) is not None:
                 return replace(decision, twist=turn, activity="looking around")
             if score < least:
-                self._looks.add(xy, T_map_base[:2, 3])
+                self._looks.add(xy)
                 self._aim = None
                 return None
         if not standing:
@@ -417,15 +412,10 @@ class BeliefSearch:
         aim = self._aim
         if aim is None or not self._aims_at(option.kind, option.xy):
             aim = self._aim = Aim(option.kind, option.xy)
-        aim.xy, aim.spot_xy = option.xy, option.spot_xy
+        aim.xy = option.xy
         reach = REACH
         if option.kind == "frontier":
             reach = Reach(distance=self._config.frontier.stand_off, extent=costmap.grid.resolution)
-        elif option.spot_xy is not None:
-            if np.linalg.norm(option.spot_xy - T_map_base[:2, 3]) > _ON_SPOT:
-                reach = Reach(distance=_ON_SPOT, extent=0.05)
-                return self._navigate(option.spot_xy, reach, costmap, T_map_base)
-            reach = Reach(distance=RINGS[-1] + _ON_SPOT, extent=REACH.extent)
         return self._navigate(option.xy, reach, costmap, T_map_base, option.seen_from)
 
     def _why(self, option: Option, options: Sequence[Option], T_map_base: SE3) -> str:

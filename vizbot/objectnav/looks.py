@@ -10,38 +10,22 @@ from vizbot.core.types import SE3, Twist
 
 APART = 0.8
 """Places nearer to each other than this count as one thing [m]."""
-SPOTS_APART = 1.0
-"""Least distance between spots from which a place is looked at [m]."""
-RINGS = (1.1, 1.6, 2.1)
-"""Distances from a place of the spots that show it [m]."""
-_BEARINGS = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
-_RING_XY = np.concatenate(
-    [radius * np.stack([np.cos(_BEARINGS), np.sin(_BEARINGS)], axis=1) for radius in RINGS]
-)
 
 
 class Looks:
-    """Places that a search has looked at from near without believing them, and the spots."""
+    """Places that a search has looked at from near without believing them."""
 
     def __init__(self) -> None:
-        self._places_xy = self._spots_xy = np.zeros((0, 2))
+        self._places_xy = np.zeros((0, 2))
 
-    def add(self, place_xy: NDArray[np.float64], spot_xy: NDArray[np.float64]) -> None:
-        """A place (2,) was looked at from a spot (2,), both in `map` [m]."""
+    def add(self, place_xy: NDArray[np.float64]) -> None:
+        """A place (2,) was looked at, in `map` [m]."""
         self._places_xy = np.vstack([self._places_xy, place_xy])
-        self._spots_xy = np.vstack([self._spots_xy, spot_xy])
 
-    def counts(self, places_xy: NDArray[np.float64]) -> NDArray[np.int64]:
-        """How often (N,) places (N, 2) were looked at."""
+    def are_done(self, places_xy: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Which (N,) places (N, 2) were looked at."""
         away = np.linalg.norm(places_xy[:, None] - self._places_xy, axis=2)
-        return np.asarray((away <= APART).sum(axis=1))
-
-    def other_spots(self, place_xy: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Spots (K, 2) around a place (2,), apart from those from which it was looked at."""
-        around = place_xy + _RING_XY
-        of_it = np.linalg.norm(self._places_xy - place_xy, axis=1) <= APART
-        away = np.linalg.norm(around[:, None] - self._spots_xy[of_it], axis=2)
-        return np.asarray(around[(away >= SPOTS_APART).all(axis=1)])
+        return np.asarray((away <= APART).any(axis=1))
 
 
 class Turns:

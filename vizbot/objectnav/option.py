@@ -19,7 +19,6 @@ class Option:
         xy: (2,) in `map` [m].
         probability: Probability that it does.
         way: Length of the way to it, in metres of free floor.
-        spot_xy: (2,) the spot from which to look at a place again; None for a first look.
         seen_from: (2,) where the camera stood when it saw a place best; None where the robot may
             come from any side.
         area: Unseen area behind a frontier, as far as it counts [m^2].
@@ -30,7 +29,6 @@ class Option:
     xy: NDArray[np.float64]
     probability: float
     way: float
-    spot_xy: NDArray[np.float64] | None = None
     seen_from: NDArray[np.float64] | None = None
     area: float = 0.0
     likeness: float = 0.0
@@ -43,7 +41,6 @@ class Aim:
     Attributes:
         kind: "place", "frontier", or "stop" for a place that the robot is sure of.
         xy: (2,) where it is, in `map` [m].
-        spot_xy: (2,) the spot from which to look next; None for anywhere within reach.
         sure: Probability that a place of kind "stop" had to have when it became the aim.
         looking: Steps for which the robot has stood before it, facing it.
         advantage: Why this frontier was chosen among the others, in words; empty for other kinds.
@@ -51,7 +48,6 @@ class Aim:
 
     kind: str
     xy: NDArray[np.float64]
-    spot_xy: NDArray[np.float64] | None = None
     sure: float = 1.0
     looking: int = 0
     advantage: str = ""

@@ -11,14 +11,13 @@ from mapping.clip.belief import PlaceBelief
 from nav.config import Reach
 from nav.costmap import Costmap
 from nav.frontier import FrontierSearch
-from nav.goal_region import fronts, sees
+from nav.goal_region import fronts
 from nav.way_field import WayField
 from vizbot.config import Config
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.types import SE3
 from vizbot.objectnav.looks import APART, Looks
-from vizbot.objectnav.option import Aim, Option
-from vizbot.objectnav.search_parts import SearchParts
+from vizbot.objectnav.option import Option
 
 REACH = Reach(distance=1.3, extent=0.6)
 """Where a place is looked at, and counts as arrived at. From nearer the camera does not see what
@@ -31,20 +30,18 @@ LEAST = 0.02
 
 
 class PlaceOptions:
-    """Values each place by its probability, and by how often it was looked at in vain."""
+    """Values each place by its probability; one that was looked at in vain is left."""
 
-    def __init__(self, config: Config, parts: SearchParts) -> None:
-        self._doubt, self._most_looks = config.objectnav.search.rejection_factor, parts.most_looks
+    def __init__(self, config: Config) -> None:
         self._within = REACH.distance - config.navigator.reach_margin
 
     def options(
-        self, belief: PlaceBelief, costmap: Costmap, ways: WayField, looks: Looks, aim: Aim | None
+        self, belief: PlaceBelief, costmap: Costmap, ways: WayField, looks: Looks
     ) -> list[Option]:
-        """The likeliest places to look at, apart from one another; `aim` keeps to its spot."""
+        """The likeliest places to look at, apart from one another."""
         rows, columns = np.nonzero(belief.probabilities >= LEAST)
         places_xy, probabilities = belief.xy(rows, columns), belief.probabilities[rows, columns]
-        counts = looks.counts(places_xy)
-        left = np.where(counts < self._most_looks, probabilities * self._doubt**counts, 0.0)
+        left = np.where(looks.are_done(places_xy), 0.0, probabilities)
         seen_from = belief.seen_from[rows, columns]
         fronts_xy, known = fronts_of(costmap, places_xy, seen_from)
         options: list[Option] = []
@@ -52,19 +49,13 @@ class PlaceOptions:
             if len(left) == 0 or left.max() < LEAST:
                 break
             best = int(np.argmax(left))
-            xy, probability, spot = places_xy[best], float(left[best]), None
+            xy, probability = places_xy[best], float(left[best])
             side = seen_from[best] if known[best] else None
-            if counts[best] == 0:
-                front = None if side is None else fronts_xy[best]
-                way = self._way(xy, front, costmap, ways)
-                if not np.isfinite(way):  # visible from no spot: try it as it is, then leave it
-                    way = float(ways.costs(fronts_xy[best][None], REACH.distance)[0])
-            elif (kept := _kept_spot(aim, xy, ways)) is not None:
-                way, spot = kept
-            else:
-                way, spot = _other_spot(looks.other_spots(xy), fronts_xy[best], costmap, ways)
+            way = self._way(xy, None if side is None else fronts_xy[best], costmap, ways)
+            if not np.isfinite(way):  # visible from no spot: try it as it is, then leave it
+                way = float(ways.costs(fronts_xy[best][None], REACH.distance)[0])
             if np.isfinite(way):
-                options.append(Option("place", xy, probability, way, spot, side))
+                options.append(Option("place", xy, probability, way, side))
             left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
         return options
 
@@ -101,27 +92,6 @@ def fronts_of(
     length = np.linalg.norm(back, axis=1)
     back *= (np.minimum(REACH.extent, length) / np.maximum(length, 1e-9))[:, None]
     return np.where(known[:, None], fronts_xy, places_xy + back), known
-
-
-def _kept_spot(
-    aim: Aim | None, xy: NDArray[np.float64], ways: WayField
-) -> tuple[float, NDArray[np.float64]] | None:
-    """The way to the spot from which the robot is about to look at a place; None without one."""
-    if aim is None or aim.spot_xy is None or not aim.is_at("place", xy):
-        return None
-    way = float(ways.costs(aim.spot_xy[None])[0])
-    return (way, aim.spot_xy) if np.isfinite(way) else None
-
-
-def _other_spot(
-    around: NDArray[np.float64], front_xy: NDArray[np.float64], costmap: Costmap, ways: WayField
-) -> tuple[float, NDArray[np.float64] | None]:
-    """The way to the nearest of spots (K, 2) that shows a place, and the spot; inf without one."""
-    costs, extent = ways.costs(around), costmap.grid.resolution
-    for i in np.argsort(costs):
-        if np.isfinite(costs[i]) and sees(costmap, around[i], front_xy, extent):
-            return float(costs[i]), around[i]
-    return np.inf, None
 
 
 class FrontierOptions:

@@ -17,9 +17,7 @@ from vizbot.objectnav.option import Option
 
 AROUND = "what is all around is seen first"
 MAY_BE = "something {away} m away may be it ({chance})"
-MAY_BE_AFTER_ALL = "something {away} m away may be it after all ({chance})"
 FROM_NEAR = "from near by it tells more"
-FROM_ELSEWHERE = "from another side it tells more"
 SURE = "what is near by is likely enough ({chance})"
 NOT_SURE = "what is near by may be it ({chance})"
 AFFIRMED = "somebody has said that this is it"
@@ -53,11 +51,9 @@ def near_by(probability: float, *, sure: bool, standing: bool) -> str:
 
 
 def looking_closer(option: Option, T_map_base: SE3) -> str:
-    """Why the robot goes to a place that may be the goal; one with a spot was looked at before."""
-    again = option.spot_xy is not None
-    clause, tells = (MAY_BE_AFTER_ALL, FROM_ELSEWHERE) if again else (MAY_BE, FROM_NEAR)
-    said = _of_place(clause, option.xy, option.probability, T_map_base)
-    return f"{said}{CLAUSE_JOINT}{tells}"
+    """Why the robot goes to a place that may be the goal."""
+    said = _of_place(MAY_BE, option.xy, option.probability, T_map_base)
+    return f"{said}{CLAUSE_JOINT}{FROM_NEAR}"
 
 
 def going_back(place_xy: NDArray[np.float64], probability: float, T_map_base: SE3) -> str:

@@ -13,12 +13,10 @@ class SearchParts:
     """Which parts the search has.
 
     Attributes:
-        most_looks: Number of spots from which a place is looked at.
         likeness: Whether what was seen near a frontier says what may be behind it.
         weights: File of the numbers that make a belief of what was seen.
     """
 
-    most_looks: int = 3
     likeness: bool = True
     weights: Path = WEIGHTS_FILE
 

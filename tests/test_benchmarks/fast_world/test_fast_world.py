@@ -125,7 +125,10 @@ def test_the_papers_method_begins_without_a_turn(home):
 def test_a_part_is_taken_away_from_the_search_of_its_row(home):
     rules = {rule.name: rule for rule in bench.rules(BRIEF)}
     assert set(ABLATION_ROWS.values()) < set(rules)
-    for name, parts in (("default", ALL_PARTS), ("without other spots", SearchParts(most_looks=1))):
+    for name, parts in (
+        ("default", ALL_PARTS),
+        ("without likeness at frontiers", SearchParts(likeness=False)),
+    ):
         walk = Walk(home, rules[name], Episode(HOME, ("sofa",)))
         assert walk._mind._search._parts == parts
 
