@@ -80,8 +80,6 @@ class BeliefSearchConfig(Settings):
     candidate_probability: float = Field(default=0.25, gt=0.0, lt=1.0)
     """A place with less than this probability is mostly left until nothing better is to be done,
     since a look at it is worth less by the square of its share of this [1]."""
-    aim_change_margin: float = Field(default=0.3, ge=0.0, le=10.0)
-    """The robot changes its aim only where another one is better by this share [1]."""
     finding_density: float = Field(default=0.015, ge=1e-6, le=10.0)
     """A square metre not seen yet is expected to show what is asked for with this probability,
     where nothing is known about it [1/m^2]."""

@@ -42,6 +42,7 @@ from vizbot.core.interfaces import Devices
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.mission import drive_to_all
+from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.pipeline import Pipeline
 from vizbot.rehearsal.rig import Rig
 from vizbot.rig import open_encoder
@@ -157,8 +158,9 @@ def _driven(job: tuple[Variant, Episode]) -> EpisodeResult:
             recorder = TruthRecorder(world, SeenFloor(world, variant.config))
             pipeline = _pipeline(parts, variant.encoder_scale, devices, recorder)
             if variant.ablated is not None:
-                frontiers = pipeline.map.exploration.frontiers
-                pipeline.map.search = ABLATIONS[variant.ablated].search(parts.config, frontiers)
+                pipeline.map.search = BeliefSearch(
+                    parts.config, pipeline.map.exploration.frontiers, ABLATIONS[variant.ablated]
+                )
             for text in _commanded(episode, world):
                 results.append(_search_goal(text, pipeline, devices, recorder, parts.config))
                 if not results[-1].success:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.ablations.ablation import ABLATIONS, WHOLE
+from benchmarks.ablations.ablation import ABLATIONS
 from benchmarks.episodes.episode import EncoderScale, Episode, EpisodeResult, HomeGoals
 from benchmarks.episodes.run import encoder_of
 from benchmarks.fast_world.walk import FastHome, SearchRule, Walk
@@ -30,6 +30,7 @@ from benchmarks.harness.tables import markdown_table
 from benchmarks.harness.workers import in_parallel
 from benchmarks.objectnav.single_goal import QUICK_SHARE_OF, single_goal_episodes
 from vizbot.config import Config, with_method
+from vizbot.objectnav.search_parts import ALL_PARTS
 
 NAME = "objectnav --fast"
 TUNING, REPORTING = tuple(range(1100, 1108)), tuple(range(1108, 1112))
@@ -63,7 +64,7 @@ class _Job:
 
 def rules(config: Config) -> tuple[SearchRule, ...]:
     """The rows: as configured, by the paper's method, and without each part."""
-    without = [SearchRule(ABLATION_ROWS[part], config, ablation=ABLATIONS[part])
+    without = [SearchRule(ABLATION_ROWS[part], config, ABLATIONS[part])
                for part in ABLATIONS]  # fmt: skip
     return (
         SearchRule(DEFAULT, config),
@@ -91,7 +92,7 @@ def run_fast(plan: BenchPlan, scale: EncoderScale | None = None) -> BenchResult:
     chosen = [
         rule
         for rule in rules(plan.config)
-        if (rule.ablation is WHOLE if plan.rows is None else rule.name in plan.rows)
+        if (rule.parts == ALL_PARTS if plan.rows is None else rule.name in plan.rows)
     ]
     episodes = single_goal_episodes(goals, QUICK_SHARE_OF) if plan.quick else episodes_of(goals)
     results = {rule.name: _run_missing(rule, episodes, plan, scale) for rule in chosen}

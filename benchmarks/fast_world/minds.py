@@ -5,7 +5,6 @@ A mind keeps what was seen and says what to do next; `benchmarks.fast_world.walk
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -20,6 +19,7 @@ from vizbot.config import Config
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
 from vizbot.objectnav.paper_search import PaperSearch, RunningScores
+from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.perception.sightings import Sightings
 
@@ -104,7 +104,7 @@ class BeliefMind:
         encoder: ClipEncoder,
         goal: Goal,
         log_odds: tuple[float, float] | None,
-        search: Callable[[Config, FrontierSearch], BeliefSearch] = BeliefSearch,
+        parts: SearchParts = ALL_PARTS,
     ) -> None:
         """Begin with nothing seen.
 
@@ -113,14 +113,14 @@ class BeliefMind:
             encoder: Embeds the background.
             goal: What is looked for.
             log_odds: Scale and bias of the encoder; None where they are not known.
-            search: Makes the search.
+            parts: Parts that the search has.
         """
         self._background = Background.embedded_by(encoder)
         self._map, self._places = ClipMap(encoder.dimension), PlaceMap()
         self._statistics = np.zeros((0, 2), np.float32)
         self._goal, self._question = goal, Query(goal.embedding, log_odds, goal.rivals)
         self._frontiers = FrontierSearch(config.frontier)
-        self._search = search(config, self._frontiers)
+        self._search = BeliefSearch(config, self._frontiers, parts)
         self._robot_radius = config.navigator.costmap.robot_radius
         self._pending: tuple[View, SE3] | None = None
 

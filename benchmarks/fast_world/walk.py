@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.ablations.ablation import WHOLE, Ablation
 from benchmarks.episodes.episode import EncoderScale, Episode, EpisodeResult, GoalResult
 from benchmarks.episodes.homes import open_benchmark_home, start_of
 from benchmarks.episodes.other_encoders import OtherEncoder
@@ -33,6 +32,7 @@ from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3, OccupancyGrid, Twist
 from vizbot.objectnav.looks import LookAround
+from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal, goal_of
 from vizbot.rehearsal.config import RehearsalConfig
 
@@ -53,7 +53,7 @@ class SearchRule:
 
     name: str
     config: Config
-    ablation: Ablation = WHOLE
+    parts: SearchParts = ALL_PARTS
 
 
 class FastHome(Closeable):
@@ -192,8 +192,7 @@ class Walk:
         config, encoder = self._config, self._home.encoder
         if config.objectnav.method == "paper":
             return PaperMind(config, encoder, self._goal)
-        search = self._rule.ablation.search
-        return BeliefMind(config, encoder, self._goal, encoder.log_odds, search)
+        return BeliefMind(config, encoder, self._goal, encoder.log_odds, self._rule.parts)
 
     def _decide(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         settings = self._config.objectnav

@@ -193,7 +193,7 @@ def changed_since(commit):
     ("row", "file"),
     [
         (Variant("true pose", Config(), "pose"), "episodes/oracles.py"),
-        (Variant("fewer", Config(), ablated="commitment"), "ablations/ablation.py"),
+        (Variant("fewer", Config(), ablated="z-score"), "ablations/ablation.py"),
     ],
 )
 def test_oracles_and_ablations_change_only_the_rows_that_use_them(checkout, row, file):

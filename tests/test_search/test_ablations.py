@@ -29,9 +29,9 @@ def belief(likeness=0.0, at=None):
 
 def both(part):
     """The whole search and the one without a part, each in a hall of its own."""
-    for search in (BeliefSearch, ABLATIONS[part].search):
+    for parts in (ALL_PARTS, ABLATIONS[part]):
         grid, frontiers = hall()
-        yield grid, search(CONFIG, frontiers)
+        yield grid, BeliefSearch(CONFIG, frontiers, parts)
 
 
 def test_what_looks_alike_near_a_frontier_draws_the_whole_search_alone():
@@ -44,36 +44,26 @@ def test_what_looks_alike_near_a_frontier_draws_the_whole_search_alone():
     assert goals[0] > 4.0 > goals[1]
 
 
-def test_without_commitment_it_turns_to_whatever_is_best_in_this_step():
-    goals = []
-    for grid, search in both("commitment"):
-        here = planar(4.0, 2.0, np.pi / 2)
-        before = belief(at={(1.5, 2.0): 0.40, (6.3, 2.0): 0.38})
-        search.go(SOFA, before, grid, here)
-        now = belief(at={(1.5, 2.0): 0.40, (6.3, 2.0): 0.46})
-        goals.append(search.go(SOFA, now, grid, here).navigation.goal_xy[0])
-    assert goals[0] < 3.0 and goals[1] > 5.0
-
-
 def test_each_takes_one_part_away():
-    for name, ablation in ABLATIONS.items():
+    for name, parts in ABLATIONS.items():
         changed = [
             part for part in SearchParts.__slots__
-            if getattr(ablation.parts, part) != getattr(ALL_PARTS, part)
+            if getattr(parts, part) != getattr(ALL_PARTS, part)
         ]  # fmt: skip
-        assert len(changed) + (not ablation.commitment) == 1, name
+        assert len(changed) == 1, name
 
 
 def test_without_the_z_score_it_weighs_nothing():
-    weights = fitted_weights(ABLATIONS["z-score"].parts.weights)
+    weights = fitted_weights(ABLATIONS["z-score"].weights)
     for of_views in (weights.near, weights.far):
         assert (np.flatnonzero(of_views == 0.0) == range(7, 14)).all()
     assert weights.join.all()
 
 
 def test_without_joined_views_only_the_best_of_a_place_count():
-    search = ABLATIONS["joined views"].search(CONFIG, FrontierSearch(CONFIG.frontier))
-    whole, alone = fitted_weights(), fitted_weights(ABLATIONS["joined views"].parts.weights)
+    frontiers = FrontierSearch(CONFIG.frontier)
+    search = BeliefSearch(CONFIG, frontiers, ABLATIONS["joined views"])
+    whole, alone = fitted_weights(), fitted_weights(ABLATIONS["joined views"].weights)
     for one, other in ((alone.near, whole.near), (alone.far, whole.far)):
         assert one == pytest.approx(other, abs=0.05)  # pictures differ a bit between machines
     odds = []

@@ -16,8 +16,7 @@ RENAMED = {
     "navigator.follower": {"hold": "twist_duration"},
     "objectnav": {"found": "answer_probability", "settling": "gyro_settling"},
     "objectnav.search": {
-        "candidate": "candidate_probability", "commitment": "aim_change_margin",
-        "findings": "finding_density",
+        "candidate": "candidate_probability", "findings": "finding_density",
         "last": "arrival_probability_last", "patience": "late_after_steps",
         "settled": "arrival_probability_late", "sure": "arrival_probability_early",
         "worth": "min_probability_per_metre",

@@ -399,12 +399,10 @@ class BeliefSearch:
         return Decision(STOP, "nothing left to try", threshold=least, ended=ended)
 
     def _worth(self, option: Option) -> float:
-        """Probability divided by way, and more for the present aim."""
+        """Probability divided by way."""
         ratio = option.probability / (option.way + LOOK_WAY[option.kind])
         if option.kind == "place":
             ratio *= min(option.probability / self._search.candidate_probability, 1.0) ** 2
-        if self._aims_at(option.kind, option.xy):
-            ratio *= 1.0 + self._search.aim_change_margin
         return ratio
 
     def _towards(self, option: Option, costmap: Costmap, T_map_base: SE3) -> Navigation | None:
