@@ -64,8 +64,7 @@ def _table(rows: Path) -> str:
     board, quick = rows / "search", rows / "quick_share"
     default = kept_row(board, DEFAULT)
     office = json.loads((rows / "slam/hololens_office/results.json").read_text(encoding="utf-8"))
-    former, offset = kept_row(board, FORMER), kept_row(board, ENCODER_ROWS["offset"])
-    pairs = paired(default, former)
+    offset = kept_row(board, ENCODER_ROWS["offset"])
     driven_by_both = [
         line for line in default if line.result.episode in {r.episode for r in results_of(offset)}
     ]
@@ -75,12 +74,11 @@ def _table(rows: Path) -> str:
         ("in simulated homes, with our own encoder", "vizbot (95 % over homes)"),
         ("---", "---"),
         ("goals reached in eight homes that nobody had looked at", _navigation(default)),
-        ("the same by the former search",
-         _navigation(former) + f"; ours alone reached {pairs.wins}, the former alone"
-         f" {pairs.losses} (p = {pairs.p:.2f})"),
+        ("the same by the former search", _beside(default, kept_row(board, FORMER))),
+        ("the same by the paper's method, with our encoder",
+         _beside(default, kept_row(board, PAPER))),
         ("the robot says wrongly that it has arrived", _counted(*wrong_arrivals(board))),
-        ("goals in homes of development; there by the paper's method, with our encoder",
-         f"{_reached(kept_row(quick, DEFAULT))}; {_reached(kept_row(quick, PAPER))}"),
+        ("today's search in homes of development", _navigation(kept_row(quick, DEFAULT))),
         ("a third of the goals; with errors in each cosine, as another encoder has",
          f"{_reached(driven_by_both)}; {_reached(offset)}"),
         ("goals reached in four homes that others drew",
@@ -108,6 +106,13 @@ def _navigation(row: Row) -> str:
         f"{_reached(row)}, SPL {score.spl or 0.0:.3f}, {score.path_of_successes or 0.0:.0f} m"
         f" driven where {score.shortest_of_successes or 0.0:.1f} m would do"
     )
+
+
+def _beside(ours: Row, theirs: Row) -> str:
+    """Another row's figures, and the goals that one of both alone reached."""
+    pairs = paired(ours, theirs)
+    alone = f"ours alone reached {pairs.wins}, that alone {pairs.losses} (p = {pairs.p:.2g})"
+    return f"{_navigation(theirs)}; {alone}"
 
 
 def _reached(row: Row) -> str:

@@ -55,12 +55,13 @@ _THIRD = {
 TRUE, AGAIN = "_true", "_again"
 """Endings of the folders beside that of the rows: failures, and as many successes, driven with the
 truth about one part; and episodes driven again on the computer that drove the row `scaled`."""
-_INTRODUCTION = """Rows are `default`, the present search, and `former`, the one before it. A wrong
-arrival is an episode in which the robot says that it has arrived and has not. SPL is success
-weighted by path length [%]. Intervals over homes draw whole homes again (cluster bootstrap, fixed
-seed); with so few homes they are rough. The exact paired test (McNemar) decides differences of
-success. Nobody had looked at these homes before a search drove in them; homes, encoder and
-furniture split are ours."""
+_INTRODUCTION = """Rows are `default`, the search by belief; `former`, the search before it; and
+`paper`, the paper's method on our poses, planner and encoder, which stops where the first view
+reaches the threshold. A wrong arrival is an episode in which the robot says that it has arrived and
+has not. SPL is success weighted by path length [%]. Intervals over homes draw whole homes again
+(cluster bootstrap, fixed seed); with so few homes they are rough. The exact paired test (McNemar)
+decides differences of success. Nobody had looked at these homes before a search drove in them;
+homes, encoder and furniture split are ours."""
 _ABSENT = """`elsewhere` are things that other homes have, `nowhere` things that no home has. In
 the row `by searching` the robot drives, and only its own decision that there is none counts."""
 _SURE = re.compile(r"(\d+)% sure")
@@ -73,15 +74,22 @@ Row = Sequence[StoredResult[EpisodeResult]]
 
 def search_page(folder: Path, page: Path) -> str:
     """The page of the kept rows of a folder; empty without the default row."""
-    rows = {name: row for name in (FORMER, DEFAULT, *_THIRD) if (row := kept_row(folder, name))}
+    driven = FORMER, PAPER, DEFAULT, *_THIRD
+    rows = {name: row for name in driven if (row := kept_row(folder, name))}
     if DEFAULT not in rows:
         return ""
     surveyed = Store(folder / "homes.jsonl", HomeGoals).fullest()
     homes = sorted((line.result for line in surveyed), key=lambda each: str(each.home))
     third = [name for name in _THIRD if name in rows]
-    parts = ["# Search", _table(rows, (FORMER, DEFAULT)), _differences(rows, (FORMER,))]
-    parts += [_wrong_arrivals_text(folder), _INTRODUCTION, _made_with(rows)]
-    parts += _with_paper(folder.with_name(QUICK_SHARE_ROWS))
+    parts = [
+        "# Search",
+        _table(rows, (FORMER, PAPER, DEFAULT)),
+        _differences(rows, (FORMER, PAPER)),
+        _wrong_arrivals_text(folder),
+        _INTRODUCTION,
+        _made_with(rows),
+        *_of_today(folder.with_name(QUICK_SHARE_ROWS)),
+    ]
     if third:
         parts += [
             "## Other encoders, on a third of the goals",
@@ -141,20 +149,18 @@ def _wrong_arrivals_text(folder: Path) -> str:
     )
 
 
-def _with_paper(folder: Path) -> list[str]:
-    """The paper's method beside both searches, in homes of development; empty without its row."""
-    rows = {name: row for name in (FORMER, DEFAULT, PAPER) if (row := kept_row(folder, name))}
-    if not {DEFAULT, PAPER} <= rows.keys():
+def _of_today(folder: Path) -> list[str]:
+    """Today's search beside the former one, in homes of development; empty where not driven."""
+    rows = {name: row for name in (FORMER, DEFAULT) if (row := kept_row(folder, name))}
+    if DEFAULT not in rows:
         return []
-    others = [name for name in rows if name != DEFAULT]
     return [
-        "## The paper's method",
+        "## Today's search, in homes of development",
         _table(rows, list(rows)),
-        _differences(rows, others),
-        "The paper's method has not been driven on the board. These rows are the quick share: every"
-        f" third goal of homes {QUICK_SHARE[0]} to {QUICK_SHARE[-1]}, in which the present search"
-        " was developed. The paper's method runs on our poses, planner and encoder, and stops where"
-        " the first view reaches the threshold.",
+        _differences(rows, (FORMER,)),
+        f"The quick share: every third goal of homes {QUICK_SHARE[0]} to {QUICK_SHARE[-1]}, in"
+        " which the search is developed. It shows what the search has become since the board was"
+        " driven, and is no figure for other homes.",
         _made_with(rows),
     ]
 

@@ -141,7 +141,7 @@ class WatchedRobot:
         self._grid = grid
 
     def approach(self, xy, picture=None):
-        """It goes up to a place, of which this JPEG is the picture; None for no place."""
+        """It approaches a place, of which this JPEG is the picture; None for no place."""
         self.session.robot.picture_of_place = lambda place: picture
         self._approached = None if xy is None else np.array(xy)
 

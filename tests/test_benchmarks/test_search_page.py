@@ -235,16 +235,22 @@ def test_wrong_arrivals_are_counted_over_single_goals_and_goals_in_a_row(folder)
     assert "Of all 13 goals" in text and "6 times (46.2 %, over homes 12 to 100)" in text
 
 
-def test_the_paper_s_method_is_compared_on_the_quick_share_and_the_page_says_so(folder):
+def test_the_paper_s_method_stands_beside_ours_on_the_board(folder):
     keep(folder, "default", "c0ffee", map(driven, EPISODES))
-    assert "## The paper's method" not in search_page(folder, folder / "search.md")
-    quick = folder.with_name("quick_share")
-    keep(quick, "default", "c0de", map(driven, EPISODES[:4]))
-    keep(quick, "paper", "c0de", [driven(each, each == EPISODES[0]) for each in EPISODES[:4]])
-    text = search_page(folder, folder / "search.md").split("## The paper's method")[1]
-    assert "has not been driven on the board" in text and "homes 1100 to 1107" in text
+    keep(folder, "paper", "c0de", [driven(each, each == EPISODES[0]) for each in EPISODES[:4]])
+    text = search_page(folder, folder / "search.md").split("\n## ")[0]
     assert cells(text, "paper")[:2] == ["4", "25.0"]
     assert cells(text, "default and paper")[:2] == ["3", "0"]
+
+
+def test_todays_search_is_shown_on_the_quick_share_and_the_page_says_so(folder):
+    keep(folder, "default", "c0ffee", map(driven, EPISODES))
+    assert "## Today's search" not in search_page(folder, folder / "search.md")
+    quick = folder.with_name("quick_share")
+    keep(quick, "default", "c0de", [driven(each, each == EPISODES[0]) for each in EPISODES[:4]])
+    text = search_page(folder, folder / "search.md").split("## Today's search")[1]
+    assert "homes 1100 to 1107" in text and "no figure for other homes" in text
+    assert cells(text, "default")[:2] == ["4", "25.0"]
 
 
 def test_equal_paths_of_other_cosines_are_counted_on_the_same_computer(folder):

@@ -25,7 +25,7 @@ class Line:
         """What is sent arrives no more; neither end is told."""
         self._cut.set()
 
-    def mend(self):
+    def restore(self):
         """New connections are carried; the old ones end."""
         with self._lock:
             ends, self._ends, self._cut = self._ends, [], threading.Event()
@@ -37,7 +37,7 @@ class Line:
         self._accepting.join()
         self._listening.close()
         self.cut()
-        self.mend()
+        self.restore()
 
     def _accept(self):
         while True:

@@ -202,7 +202,7 @@ def test_a_line_that_breaks_stops_the_robot_is_told_and_comes_back(open_page, se
     says(page, "#holder", "The link broke: the robot has stopped.")
     says(page, "#activity", "Out of touch")
     driven = len(robot.driven)
-    line.mend()
+    line.restore()
     page.locator("#link.live").wait_for()
     page.locator("#alarm").wait_for(state="hidden")
     page.wait_for_timeout(300)

@@ -112,7 +112,7 @@ def test_why_a_no_is_refused_is_told_and_can_be_said_again(page, robot):
 
 @pytest.fixture
 def going_up(robot):
-    """It searches, and goes up to something."""
+    """It searches, and approaches something."""
     go_up(robot)
     return robot
 
@@ -152,7 +152,7 @@ def test_go_there_is_taken_and_may_be_taken_back(page, going_up):
     says(page, "#log li", "yellow chair: you say go there")
     page.get_by_role("button", name="Keep looking").click()
     until(page, lambda: going_up.pipeline.refuted == 1)
-    says(page, "#candidate-question", "It takes a closer look.")  # it goes up to it all the same
+    says(page, "#candidate-question", "It takes a closer look.")  # it approaches it all the same
 
 
 def test_an_answer_that_comes_too_late_is_refused_in_words(page, going_up):

@@ -116,7 +116,7 @@ def test_in_a_dry_run_a_person_asks_drives_loses_the_line_and_stops(open_page, d
         assert not moved(rested["position"], 0.02)
         snapshot(page, "link-lost")
 
-        line.mend()
+        line.restore()
         page.locator("#link.live").wait_for()
         page.keyboard.up("s")
         page.keyboard.press("Space")

@@ -55,7 +55,7 @@ def test_a_stop_that_a_broken_link_swallows_is_sent_as_soon_as_the_link_lives(
         page.wait_for_timeout(4000)
         says(page, "#alarm", "STOP has not reached the robot yet.")
         assert not robot.session.stopped.is_set()
-        line.mend()
+        line.restore()
         page.locator("#link.live").wait_for()
         until(page, robot.session.stopped.is_set)
         page.locator("#alarm").wait_for(state="hidden")

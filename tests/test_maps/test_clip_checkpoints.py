@@ -342,6 +342,10 @@ def no_colours(folder):
     (folder / "preprocessor_config.json").write_text('{"image_mean": [0.5, 0.5, 0.5]}')
 
 
+def settings_without_end(folder):
+    os.truncate(folder / "config.json", 16 * 1024 * 1024 + 1)
+
+
 CAUSES = {
     torn: f"has a {WEIGHTS} that is damaged or not whole",
     torn_pickle: f"has a {PICKLE} that is damaged or not whole",
@@ -363,6 +367,7 @@ CAUSES = {
     blind: "embeds different pictures as the same: its weights are damaged",
     no_words: "embeds different texts as the same: its tokenizer knows no words",
     no_colours: "has image settings of no CLIP in preprocessor_config.json: image_std",
+    settings_without_end: "it has 16777217 bytes, more than 16777216; give a folder",
 }
 
 

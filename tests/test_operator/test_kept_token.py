@@ -59,7 +59,7 @@ IMPOSTORS = {
     "a page": lambda request, port: http_answer(b"<html>", kind="text/html"),
     "nothing at all": lambda request, port: b"",
     "no HTTP": lambda request, port: b"SSH-2.0-OpenSSH_9.2\r\n",
-    "a robot of before": lambda request, port: http_answer(b'{"detail": "Not Found"}', 404),
+    "an older robot": lambda request, port: http_answer(b'{"detail": "Not Found"}', 404),
     "the token is wanted": lambda request, port: http_answer(b'{"detail": "give it"}', 401),
     "look elsewhere": lambda request, port: (
         b"HTTP/1.1 307 X\r\nLocation: /state\r\nContent-Length: 0\r\n\r\n"

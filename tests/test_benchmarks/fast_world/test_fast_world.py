@@ -177,19 +177,32 @@ def test_a_quick_run_walks_the_episodes_of_the_quick_share(tmp_path, monkeypatch
         asked.append(plan.homes)
         return [HomeGoals(home, ("bed", "sofa", "sink", "tv")) for home in plan.homes]
 
+    def walk_at_once(_, jobs, *__):
+        for job in jobs:
+            walked.extend(job.episodes)
+            [goal] = results([0.5], [1100])[0].goals
+            yield (
+                job,
+                [
+                    EpisodeResult(each, (goal,), 0, None, 1.0, (), (0.0, 0.0, 0.0))
+                    for each in job.episodes
+                ],
+            )
+
     monkeypatch.setattr(bench, "goals_of_homes", goals)
-    monkeypatch.setattr(bench, "_run_missing", lambda rule, episodes, *_: walked.append(episodes))
+    monkeypatch.setattr(bench, "in_parallel", walk_at_once)
     monkeypatch.setattr(bench, "fast_result", lambda results: results)
     made = Fingerprint("embedded", "homes", "episodes", "oracles", "c0ffee", "2 cores")
     plan = BenchPlan(UNATTENDED, tmp_path, made, None, quick=True, rows=("default",))
     assert list(bench.run_fast(plan)) == ["default"] and asked == [QUICK_SHARE]
-    [episodes] = walked
-    assert [(each.home, each.goals) for each in episodes[:4]] == [
+    assert [(each.home, each.goals) for each in walked[:4]] == [
         (1100, ("bed",)), (1100, ("tv",)), (1101, ("sofa",)), (1102, ("sink",)),
     ]  # fmt: skip
-    assert {each.number for each in episodes} == {0}
-    bench.run_fast(replace(plan, quick=False, homes=(1100,)))
-    assert [each.goals for each in walked[1]] == [("bed",), ("sofa",), ("sink",), ("tv",)]
+    assert {each.number for each in walked} == {0}
+    walked.clear()
+    kept = bench.run_fast(replace(plan, quick=False, homes=(1100,)))
+    assert [each.goals for each in walked] == [("sofa",), ("sink",)]  # two are walked already
+    assert [each.episode.goals[0] for each in kept["default"]] == ["bed", "sofa", "sink", "tv"]
 
 
 def test_the_command_walks_the_rows_that_are_asked_for(vizbot, monkeypatch, tmp_path):

@@ -278,7 +278,7 @@ class PlacesAnswer(AnswerModel):
     """Best place first."""
     note: str | None
     """How the encoder understands the question; null where it needs no saying."""
-    told: str
+    summary: str
     """The answer in one line, seen from the robot."""
 
 

@@ -50,7 +50,7 @@ def map_router(live_map: LiveMap) -> APIRouter:
     def places(text: Annotated[Words, Query()]) -> PlacesAnswer:
         """Find on the map, as it is now, what these words ask for."""
         answer = live_map.places(text)
-        return PlacesAnswer(**asdict(answer), told=live_map.summary(answer))
+        return PlacesAnswer(**asdict(answer), summary=live_map.summary(answer))
 
     @router.get("/map/vocabulary", summary="List what the map finds", responses=_BUSY)
     def vocabulary() -> VocabularyAnswer:
