@@ -102,7 +102,8 @@ def test_how_the_encoder_reads_the_words_is_part_of_the_answers(robot, http, mon
     robot.start()
     said = http.get("/map/places", params={"text": "lemon chair"}).json()
     assert (said["text"], said["outcome"], said["note"]) == ("lemon chair", "located", note)
-    assert said["told"].startswith("lemon chair: ") and said["told"].endswith(f" ({note})")
+    line = said["summary"]
+    assert line.startswith("lemon chair: ") and line.endswith(f" ({note})")
 
 
 @pytest.mark.parametrize(("method", "threshold"), [("paper", 0.3), ("belief", 0.5)])

@@ -339,14 +339,14 @@ def patterns_of(root):
 
 @pytest.mark.parametrize("code", languages())
 def test_no_pattern_repeats_a_choice_without_end(code):
-    patterns = list(patterns_of(load_language(code).grammar))
-    assert len(patterns) > 300
-    found = [
-        name
-        for name, pattern in patterns
-        for _ in endless_choices(re._parser.parse(pattern.pattern))
+    patterns = [
+        (name, re._parser.parse(pattern.pattern))
+        for name, pattern in patterns_of(load_language(code).grammar)
     ]
-    assert found == []
+    assert len(patterns) > 300
+    assert [name for name, tree in patterns for _ in endless_choices(tree)] == []
+    # Python 3.11.2 reads "++" wrongly: it made "rmchair" of "the armchair".
+    assert [name for name, tree in patterns if "POSSESSIVE" in str(tree)] == []
 
 
 @pytest.mark.sampled

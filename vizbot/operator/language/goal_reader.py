@@ -64,7 +64,8 @@ class GoalReader:
         self._motions = re.compile(rf"\b(?:{either(words['motions'])})\b")
         self._towards = re.compile(rf"^(?:{either(words['towards'])}) ")
         self._reaching = re.compile(rf"(?:{either(words['reaching'])}) ")
-        self._articles = re.compile(rf"^(?:(?:{either(words['articles'])})(?: |$))++")
+        # Python 3.11.2, Debian's, makes "rmchair" of "the armchair" by "++" in place of "(?>".
+        self._articles = re.compile(rf"^(?>(?:(?:{either(words['articles'])})(?: |$))+)")
         self._tail = re.compile(rf"{part('tails')}(?= |$)")
         self._bare_tail = re.compile(rf"{part('bare_tails')}(?= |$)")
         endless = (*words["directions"], *words["subordinate"], *language["remarks"]["unfinished"])

@@ -89,7 +89,7 @@ class StepSplitter:
         self._courteous = re.compile(rf".+ (?:{please})")
         self._at_once = re.compile(rf"\b(?:{either(words['at_once'])})\b")
         twice = either([*words["articles"], *words["towards"], *words["courtesy"]])
-        self._stutter = re.compile(rf"\b({verbs}|{twice}|[^\W\d_]{{5,}})(?:,? \1\b)++")
+        self._stutter = re.compile(rf"\b({verbs}|{twice}|[^\W\d_]{{5,}})(?>(?:,? \1\b)+)")
         self._reason = re.compile(rf"(?:^|,? )(?:{either(words['reasons'])})\b[^,]*")
         self._opening = re.compile(rf"^(?:{_courtesy(words)}|{part('openings')})(?= |$)")
         self._synonyms = by_word(language["synonyms"])
@@ -293,7 +293,7 @@ def plain(line: str) -> str:
     line = _APOSTROPHE.sub("'", line.casefold())
     line = re.sub(r"(?<!\w)'([^']*)'(?!\w)", r" \1 ", line)
     line = re.sub(r"\s[-\N{EN DASH}\N{EM DASH}]+\s|[-=]?>|[→\N{EM DASH}]", ", ", line)
-    line = re.sub(r"(?<![,;:.!?…])[,;:.!?…]++(?=\s|$)", ",", line)
+    line = re.sub(r"(?<![,;:.!?…])(?>[,;:.!?…]+)(?=\s|$)", ",", line)
     line = re.sub(r"([^\W\d_])\1{2,}", r"\1", line)  # "stoooop"
     return re.sub(r"[^\w',.-]+|(?<!\d)\.|\.(?!\d)", " ", line)
 

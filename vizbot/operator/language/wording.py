@@ -31,8 +31,8 @@ class Wording:
         self._terms_beside = re.compile(rf"\b(?:{either(beside)})\b")
         self._clause = re.compile(rf"\b(?:{words['clause'].casefold()})\b")
         self._order = re.compile(rf"\b(?:{verbs}|{cannot['verbs']})\b")
-        self._idle = re.compile(rf"(?:(?> (?:{idle})(?= |$)))++")
-        self._courteous = re.compile(rf"(?:(?> (?:{courteous})(?= |$)))++")
+        self._idle = re.compile(rf"(?>(?:(?> (?:{idle})(?= |$)))+)")
+        self._courteous = re.compile(rf"(?>(?:(?> (?:{courteous})(?= |$)))+)")
 
     def forbids(self, words: str) -> bool:
         """Whether words say what must not be done."""

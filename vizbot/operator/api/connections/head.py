@@ -12,11 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 END = b"\r\n\r\n"
-_TOKEN = rb"[-!#$%&'*+.^_`|~0-9A-Za-z]++"
+_TOKEN = rb"(?>[-!#$%&'*+.^_`|~0-9A-Za-z]+)"
 # Nothing that was matched is given back, so that no head takes long, whatever it holds.
 _HEAD = re.compile(
-    rb"(%(token)b) ([!-~]++) HTTP/1\.[01]\r\n((?:%(token)b:[^\0\n\r\v\f]*+\r\n){0,100}+)\r\n"
-    % {b"token": _TOKEN}
+    rb"(%(token)b) ((?>[!-~]+)) HTTP/1\.[01]\r\n"
+    rb"((?>(?:%(token)b:(?>[^\0\n\r\v\f]*)\r\n){0,100}))\r\n" % {b"token": _TOKEN}
 )
 _LENGTH_DIGITS = 20
 _SHORT = 256
