@@ -33,6 +33,7 @@ def test_a_home_has_its_rooms_and_their_furniture(homes):
         assert len(house.lights) == len(house.rooms)
 
 
+@pytest.mark.slow
 def test_no_two_things_are_in_one_place(homes):
     for seed, house in homes.items():
         blocks = [
