@@ -10,7 +10,7 @@ import json
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -204,10 +204,22 @@ def drive_ticks(drive: TimedDrive, folder: Path) -> Ticks:
         timer.measuring = False
         pipeline.finish()
         elements = len(pipeline.map.perception.clip_map)
-    rest = sum(wall) - sum(time.wall for name, time in timer.times.items() if name != "video")
-    of_stages = sum(each.processor for each in timer.times.values())
-    stages = timer.times | {REST: StageTime(max(0.0, sum(processor) - of_stages), max(0.0, rest))}
+    rest = rest_of(timer.times, sum(wall), sum(processor))
+    stages = timer.times | {REST: rest}
     return Ticks(tuple(wall), tuple(processor), tuple(moved), elements, stages)
+
+
+def rest_of(stages: Mapping[str, StageTime], wall: float, processor: float) -> StageTime:
+    """What ticks took beside their stages; the video is encoded by a thread while they go on.
+
+    Args:
+        stages: Time of every stage.
+        wall: Duration of all ticks [s].
+        processor: Processor time of the process in all ticks, of all its threads [s].
+    """
+    of_stages = sum(each.processor for each in stages.values())
+    waited_for = sum(each.wall for name, each in stages.items() if name != "video")
+    return StageTime(max(0.0, processor - of_stages), max(0.0, wall - waited_for))
 
 
 def blown_up(bundle: MapBundle, count: int) -> MapBundle:

@@ -21,7 +21,7 @@ from benchmarks.loop.rehearsal import (
     rehearse,
     rival,
 )
-from benchmarks.loop.ticks import StageTime, StageTimer, Ticks, blown_up
+from benchmarks.loop.ticks import StageTime, StageTimer, Ticks, blown_up, rest_of
 from benchmarks.loop.waits import DIMENSION, SpanTimer, Waits, widened
 from mapping.clip.likeliest_places import belief_of_map
 from mapping.clip.place_rows import PlaceMap
@@ -62,6 +62,12 @@ def test_time_of_a_stage_inside_another_is_its_own_alone(monkeypatch):
     assert 0.04 <= timer.times["outer"].processor < 0.1
     assert timer.times["inner"].processor >= 0.1
     assert timer.times["inner"].wall >= timer.times["inner"].processor - 0.01
+
+
+def test_the_rest_of_ticks_has_the_processor_time_of_the_video_and_not_its_wall_time():
+    stages = {"tracking": StageTime(2.0, 3.0), "video": StageTime(4.0, 5.0)}
+    assert rest_of(stages, wall=10.0, processor=7.5) == StageTime(1.5, 7.0)
+    assert rest_of(stages, wall=1.0, processor=1.0) == StageTime()
 
 
 def test_a_mean_tick_leaves_out_what_came_before_the_first_printed_step():
