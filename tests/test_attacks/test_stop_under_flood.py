@@ -25,7 +25,7 @@ def has_own_network():
         return False
 
 
-@pytest.mark.parametrize("tries", [20, pytest.param(200, marks=pytest.mark.long)])
+@pytest.mark.parametrize("tries", [12, pytest.param(200, marks=pytest.mark.long)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_stop_is_obeyed_at_once_under(kind, tries):
     own_network = has_own_network()
