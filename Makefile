@@ -106,6 +106,8 @@ python:
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r requirements.lock
 	$(BIN)/python -m pip install --quiet $(PIP_ARGS) -c torch.lock torch
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation -e .
+	@echo "Compiling what computes maps and ways: a minute or two"
+	$(BIN)/python -c 'import vizbot.pipeline, vizbot.rehearsal.rig'
 	@touch $@
 
 .venv/developed: .venv/installed development.lock

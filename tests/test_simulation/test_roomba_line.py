@@ -78,7 +78,9 @@ def errands(number):
         return rig, rolled
 
 
-@pytest.mark.parametrize("stride", [7, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "stride", [23, pytest.param(7, marks=pytest.mark.slow), pytest.param(1, marks=pytest.mark.long)]
+)
 def test_no_byte_that_is_lost_of_any_command_rolls_it_farther_or_costs_what_was_asked_for(stride):
     sound, expected = errands(-1)
     assert sound.stub.mode is BaseMode.PASSIVE

@@ -99,6 +99,7 @@ class Server(Closeable):
                 store_token(self.token)  # now it will be shown
             for each in answering:
                 each.start()
+                cleanup.callback(each.end)  # of all before it waits for any
             channels = [each.channel for each in answering]
             flags = ["encrypted"] if service.certificate is not None else []
             flags += ["here-alone"] if self.token is None else []
@@ -149,10 +150,14 @@ class _Answering:
         """Start to answer."""
         self._thread.start()
 
+    def end(self) -> None:
+        """Begin to close all connections."""
+        self._server.should_exit = True
+
     def close(self) -> None:
         """Close all connections."""
+        self.end()
         if self._thread.is_alive():
-            self._server.should_exit = True
             self._thread.join(timeout=_CLOSE_TIMEOUT)
         self._listener.close()
         self.channel.close()
