@@ -33,17 +33,19 @@ def requests(session):
     return [task.request for task in session.queue.tasks()]
 
 
-@pytest.mark.parametrize(("sentence", "goals"), TYPED)
-def test_the_console_understands_it(client, session, sentence, goals):
-    answer = httpx.post(f"{client.url}/said", json={"text": sentence})
-    assert requests(session) == goals
-    assert answer.json()["numbers"] == list(range(1, len(goals) + 1))
+def test_the_console_understands_it(client, session):
+    for sentence, goals in TYPED:
+        before = len(requests(session))
+        answer = httpx.post(f"{client.url}/said", json={"text": sentence})
+        assert requests(session)[before:] == goals
+        assert answer.json()["numbers"] == list(range(before + 1, before + len(goals) + 1))
 
 
-@pytest.mark.parametrize(("sentence", "goals"), TYPED)
-def test_the_command_goal_understands_it(client, session, sentence, goals):
-    assert remote.ask(client, [sentence], at_once=False, wait=False)
-    assert requests(session) == goals
+def test_the_command_goal_understands_it(client, session):
+    for sentence, goals in TYPED:
+        before = len(requests(session))
+        assert remote.ask(client, [sentence], at_once=False, wait=False)
+        assert requests(session)[before:] == goals
 
 
 @pytest.mark.parametrize(("sentence", "goals"), TYPED)
@@ -66,10 +68,10 @@ def test_it_is_understood_when_spoken(client, session, sentence, goals):
     assert requests(session) == goals
 
 
-@pytest.mark.parametrize(("sentence", "goals"), TYPED)
-def test_a_program_asks_literally(client, session, sentence, goals):
-    client.ask([sentence])
-    assert requests(session) == [sentence]
+def test_a_program_asks_literally(client, session):
+    for sentence, _ in TYPED:
+        client.ask([sentence])
+    assert requests(session) == [sentence for sentence, _ in TYPED]
 
 
 def test_several_texts_are_one_mission(client, session):

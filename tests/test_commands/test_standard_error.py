@@ -58,6 +58,7 @@ def test_a_closed_standard_input_is_an_empty_one(tmp_path):
     assert done.stderr == "vizbot: nobody confirmed that the robot may drive; use --yes\n"
 
 
+@pytest.mark.sampled("a full disk", "a stalled journal")
 @pytest.mark.parametrize("kind", BROKEN | ASLEEP)
 def test_a_run_whose_progress_cannot_be_written_saves_its_map(kind, tmp_path):
     (tmp_path / "short.toml").write_text("[objectnav]\nmax_steps = 3\n")

@@ -135,7 +135,7 @@ def test_the_office_walk_gives_no_warning(caplog):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("world", ["3", "10"])
+@pytest.mark.parametrize("world", ["3", pytest.param("10", marks=pytest.mark.long)])
 def test_the_first_frames_of_a_simulated_home_give_no_warning(caplog, world):
     with Rig(Config(), "sim", "none", world) as rig:
         frames = [rig.devices.camera.read() for _ in range(60)]

@@ -59,6 +59,7 @@ def _askew(one, other):
     return False
 
 
+@pytest.mark.slow
 def test_furniture_stands_in_rooms_and_things_on_furniture_rest_on_it(homes):
     for seed, house in homes.items():
         by_name = {it.name: it for it in house.instances}
@@ -90,6 +91,7 @@ def test_the_plan_that_comes_with_a_home_is_that_of_the_home(seed):
     assert np.array_equal(space.structure, again.structure)
 
 
+@pytest.mark.slow
 def test_the_robot_gets_into_every_room(homes):
     for seed, house in homes.items():
         space = FreeSpace.from_house(house)
@@ -120,6 +122,7 @@ def test_every_goal_that_a_home_has_has_a_start(homes):
             assert not any(room.contains(x, y) for room in rooms)
 
 
+@pytest.mark.slow
 def test_the_yellow_chair_is_in_another_room_than_the_start_and_the_decoy_in_a_third(homes):
     places = set()
     for house in homes.values():
@@ -135,6 +138,7 @@ def test_the_yellow_chair_is_in_another_room_than_the_start_and_the_decoy_in_a_t
     assert len(places) >= 2
 
 
+@pytest.mark.slow
 def test_a_seed_draws_the_same_home_twice(homes):
     again = home(1001)
     first = homes[1001]
@@ -150,6 +154,7 @@ def test_a_seed_that_draws_no_home_is_named(monkeypatch):
         home(1234)
 
 
+@pytest.mark.slow
 def test_some_furniture_is_painted(homes):
     def bright(it):
         colours = np.array([part.rgba[:3] for part in it.piece.parts])

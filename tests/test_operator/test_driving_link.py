@@ -14,6 +14,8 @@ from vizbot.core.types import STOP, Twist
 from vizbot.operator.session.drive_lease import OLDEST
 from vizbot.operator.session.session import OperatorSession
 
+pytestmark = pytest.mark.alone
+
 
 def driven(proxy_settings, course):
     """Drive through a proxy; sequence and age of what counted, and the wheel over time."""

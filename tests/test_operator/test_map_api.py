@@ -205,18 +205,15 @@ def test_a_zone_that_is_gone_and_one_too_many_are_refused(running, http):
     assert http.post("/map/keep-out", json={"corners": SQUARE[:2]}).status_code == 422
 
 
-@pytest.mark.parametrize(
-    "zones",
-    [
+def test_what_is_no_zone_is_refused(http):
+    for zones in (
         None,
         [[[0, 0], [1, 1]]],
         [[[0, 0], [1, 1], [1e9, 0]]],
         [[[0, 0], [1], [2, 2]]],
         [SQUARE] * 101,
-    ],
-)
-def test_what_is_no_zone_is_refused(http, zones):
-    assert http.put("/map/keep-out", json={"zones": zones}).status_code == 422
+    ):
+        assert http.put("/map/keep-out", json={"zones": zones}).status_code == 422, zones
 
 
 def test_a_map_is_kept_under_a_name_and_not_written_over_unasked(running, http, tmp_path):
@@ -229,10 +226,10 @@ def test_a_map_is_kept_under_a_name_and_not_written_over_unasked(running, http, 
     assert len(kept.keyframes.ids) > 0
 
 
-@pytest.mark.parametrize("name", ["..", ".hidden", "a%2Fb", "%00", "a" * 61, "-x"])
-def test_a_name_leads_nowhere_else(running, http, tmp_path, name):
-    assert http.put(f"/maps/{name}", json={}).status_code in (404, 405, 409)
-    assert not (tmp_path / "vizbot").exists()
+def test_a_name_leads_nowhere_else(running, http, tmp_path):
+    for name in ("..", ".hidden", "a%2Fb", "%00", "a" * 61, "-x"):
+        assert http.put(f"/maps/{name}", json={}).status_code in (404, 405, 409), name
+        assert not (tmp_path / "vizbot").exists(), name
 
 
 def test_a_robot_goes_on_in_a_kept_map_and_the_one_it_leaves_is_not_lost(running, http, tmp_path):
