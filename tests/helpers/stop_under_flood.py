@@ -1,11 +1,11 @@
-"""How soon a stop reaches the wheels: `python -m tests.helpers.stop_under_flood KIND TRIES`.
+"""How soon a stop reaches the wheels: `python -m tests.helpers.stop_under_flood`.
 
 A robot drives a simulated Roomba through the process that owns its port, is flooded, and stopped
 over and over: in turn as the console's button does it, as `vizbot stop` does, and as a sentence,
-"stop". Base, robot, flood and people are processes of their own, as in a home. Prints one line of
-JSON: the times from the request to the speed 0 that the base has read off its line [s], those of
-sentences by themselves, and what the flood did. With `--own-network` all this happens behind a
-loopback of its own whose buffers are as small as those of a network card.
+"stop". Base, robot, flood and people are processes of their own, as in a home. For each line "KIND
+TRIES" that it reads it prints one of JSON: the times from the request to the speed 0 that the base
+has read off its line [s], those of sentences by themselves, and what the flood did. With
+`--own-network` it is behind a loopback of its own with the small buffers of a network card.
 """
 
 import fcntl
@@ -18,7 +18,7 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, redirect_stdout
 
 from drivers.roomba.base import Roomba
 from drivers.roomba.config import RoombaConfig
@@ -38,6 +38,7 @@ from vizbot.operator.session.twist_mux import TwistMux
 AHEAD = Twist(0.2, 0.0)
 GIVES_UP = 3.0
 """A stop that has had no effect for so long counts with this time [s]."""
+PIPES = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
 QUIET = 0.1
 """Wheels that have done the same for so long go on doing it [s]."""
 _MTU = 1500
@@ -83,7 +84,7 @@ def run_robot(connection, path):
             while connection.recv():
                 session.go_on()
                 session.begin_step()
-        connection.send(session.stops)
+                connection.send(session.stops)
 
 
 @contextmanager
@@ -105,6 +106,12 @@ def heard(connection, timeout=DEADLINE):
     return connection.recv()
 
 
+def going_on(robot):
+    """Have the robot go on; how often it was stopped until then."""
+    robot.send(True)
+    return heard(robot)
+
+
 def newest(connection, timeout):
     """What has been sent last, once nothing more comes for so long [s]."""
     said = connection.recv()
@@ -118,13 +125,15 @@ def stopping_time(base, robot, stop):
     state, end = 0.0, time.monotonic() + DEADLINE
     while state is not None:  # until they turn, and do not rest again because the machine is slow
         assert time.monotonic() < end, "the wheels do not turn"
-        robot.send(True)
+        going_on(robot)
         if base.poll(1.0):
             state = newest(base, QUIET)
     begun = time.monotonic()
     stopping = threading.Thread(target=stop)
     stopping.start()
-    rests_since = newest(base, QUIET) if base.poll(GIVES_UP) else None
+    rests_since = None
+    while rests_since is None and base.poll(max(0.0, begun + GIVES_UP - time.monotonic())):
+        rests_since = newest(base, QUIET)  # None where they turn again after a pause of the machine
     stopping.join()
     return GIVES_UP if rests_since is None else rests_since - begun
 
@@ -157,45 +166,44 @@ def make_own_network():
         fcntl.ioctl(control, _SET_FLAGS, struct.pack("16sH", b"lo", _UP))
 
 
-def main(kind, tries, *flags):
+def under_flood(kind, tries, base, robot, url):
+    """What became of so many stops while a flood of this kind lasted."""
+    times, typed, unanswered = [], [], []
+
+    def stop(way):
+        try:
+            way(url)
+        except Exception as error:
+            unanswered.append(repr(error))
+
+    before = going_on(robot)
+    program = [sys.executable, "-m", "tests.helpers.flood", kind, url.rsplit(":", 1)[1]]
+    with subprocess.Popen(program, text=True, **PIPES) as flood:
+        assert flood.stdout.readline() == "flooding\n"
+        for number in range(tries):
+            way = (press_button, run_command, type_stop)[number % 3]
+            took = stopping_time(base, robot, lambda way=way: stop(way))
+            (typed if way is type_stop else times).append(took)
+        flood.stdin.close()
+        opened = int(flood.stdout.readline())
+    return {"times": times, "typed": typed, "unanswered": unanswered, "opened": opened,
+            "stops": going_on(robot) - before}  # fmt: skip
+
+
+def main(*flags):
     if "--own-network" in flags:
         make_own_network()
-    times, typed, unanswered = [], [], []
     with ExitStack() as opened:
         base = opened.enter_context(in_process(run_base))
         robot = opened.enter_context(in_process(run_robot, heard(base)))
         url = heard(robot)
         with RobotClient(url, None) as client:
             client.state()  # what the first request imports is loaded
-
-        def stop(way):
-            try:
-                way(url)
-            except Exception as error:
-                unanswered.append(repr(error))
-
-        program = [sys.executable, "-m", "tests.helpers.flood", kind, url.rsplit(":", 1)[1]]
-        flood = opened.enter_context(
-            subprocess.Popen(program, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-        )
-        opened.callback(flood.kill)
-        assert flood.stdout.readline() == "flooding\n"
-        for number in range(int(tries)):
-            way = (press_button, run_command, type_stop)[number % 3]
-            took = stopping_time(base, robot, lambda way=way: stop(way))
-            (typed if way is type_stop else times).append(took)
-        flood.stdin.close()
-        flooded = int(flood.stdout.readline())
-        robot.send(False)
-        stops = heard(robot)
-    measured = {
-        "times": times,
-        "typed": typed,
-        "unanswered": unanswered,
-        "stops": stops,
-        "opened": flooded,
-    }
-    sys.stdout.write(json.dumps(measured) + "\n")
+        for line in sys.stdin:
+            kind, tries = line.split()
+            with redirect_stdout(sys.stderr):  # what commands say
+                measured = under_flood(kind, int(tries), base, robot, url)
+            sys.stdout.write(json.dumps(measured) + "\n")
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from tests.helpers.flood import ADDRESSES, CONNECTIONS, KINDS
+from tests.helpers.stop_under_flood import PIPES
 from vizbot.operator.api.connections.connection_limits import MOST
 
 pytestmark = pytest.mark.alone
@@ -25,17 +26,22 @@ def has_own_network():
         return False
 
 
-@pytest.mark.parametrize("tries", [12, pytest.param(200, marks=pytest.mark.long)])
-@pytest.mark.parametrize("kind", KINDS)
-def test_stop_is_obeyed_at_once_under(kind, tries):
-    own_network = has_own_network()
-    if kind == "unread-answers" and not own_network:
-        pytest.skip("no network namespace can be made here, and large buffers take unread answers")
-    program = [sys.executable, "-m", "tests.helpers.stop_under_flood", kind, str(tries)]
-    if own_network:
+@pytest.fixture(scope="module")
+def robot():
+    program = [sys.executable, "-u", "-m", "tests.helpers.stop_under_flood"]
+    if has_own_network():
         program = [*OWN_NETWORK, *program, "--own-network"]
-    done = subprocess.run(program, stdout=subprocess.PIPE, text=True, check=True)
-    measured = json.loads(done.stdout.splitlines()[-1])
+    with subprocess.Popen(program, text=True, bufsize=1, **PIPES) as running:
+        yield running
+
+
+@pytest.mark.parametrize("tries", [20, pytest.param(200, marks=pytest.mark.long)])
+@pytest.mark.parametrize("kind", KINDS)
+def test_stop_is_obeyed_at_once_under(kind, tries, robot):
+    if kind == "unread-answers" and not has_own_network():
+        pytest.skip("no network namespace can be made here, and large buffers take unread answers")
+    robot.stdin.write(f"{kind} {tries}\n")
+    measured = json.loads(robot.stdout.readline())
     assert measured["opened"] >= len(ADDRESSES) * CONNECTIONS > MOST
     assert measured["unanswered"] == []
     assert measured["stops"] == len(measured["times"]) + len(measured["typed"]) == tries

@@ -14,6 +14,7 @@ from sim_stubs.homes.start_pose import CLEARANCE, start_for, things_named
 from sim_stubs.scoring.success import distance_to
 from vizbot.core.errors import ConfigError
 
+pytestmark = pytest.mark.slow
 SEEDS = (0, 1, 1000, 1001)
 
 
@@ -22,7 +23,6 @@ def homes():
     return {seed: home(seed) for seed in SEEDS}
 
 
-@pytest.mark.slow
 def test_a_home_has_its_rooms_and_their_furniture(homes):
     for house in homes.values():
         names = {room.name for room in house.rooms}
@@ -33,7 +33,6 @@ def test_a_home_has_its_rooms_and_their_furniture(homes):
         assert len(house.lights) == len(house.rooms)
 
 
-@pytest.mark.slow
 def test_no_two_things_are_in_one_place(homes):
     for seed, house in homes.items():
         blocks = [
@@ -59,7 +58,6 @@ def _askew(one, other):
     return False
 
 
-@pytest.mark.slow
 def test_furniture_stands_in_rooms_and_things_on_furniture_rest_on_it(homes):
     for seed, house in homes.items():
         by_name = {it.name: it for it in house.instances}
@@ -81,7 +79,6 @@ def _below(it, space):
     return space.inside(Room(it.name, it.footprint))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1001, 1101])
 def test_the_plan_that_comes_with_a_home_is_that_of_the_home(seed):
     house, space = home_and_space(seed)
@@ -91,7 +88,6 @@ def test_the_plan_that_comes_with_a_home_is_that_of_the_home(seed):
     assert np.array_equal(space.structure, again.structure)
 
 
-@pytest.mark.slow
 def test_the_robot_gets_into_every_room(homes):
     for seed, house in homes.items():
         space = FreeSpace.from_house(house)
@@ -105,7 +101,6 @@ def test_the_robot_gets_into_every_room(homes):
             assert free > 1.0, (seed, room.name)
 
 
-@pytest.mark.slow
 def test_every_goal_that_a_home_has_has_a_start(homes):
     for seed in (1, 1001):
         house = homes[seed]
@@ -122,7 +117,6 @@ def test_every_goal_that_a_home_has_has_a_start(homes):
             assert not any(room.contains(x, y) for room in rooms)
 
 
-@pytest.mark.slow
 def test_the_yellow_chair_is_in_another_room_than_the_start_and_the_decoy_in_a_third(homes):
     places = set()
     for house in homes.values():
@@ -138,7 +132,6 @@ def test_the_yellow_chair_is_in_another_room_than_the_start_and_the_decoy_in_a_t
     assert len(places) >= 2
 
 
-@pytest.mark.slow
 def test_a_seed_draws_the_same_home_twice(homes):
     again = home(1001)
     first = homes[1001]
@@ -154,18 +147,16 @@ def test_a_seed_that_draws_no_home_is_named(monkeypatch):
         home(1234)
 
 
-@pytest.mark.slow
 def test_some_furniture_is_painted(homes):
     def bright(it):
         colours = np.array([part.rgba[:3] for part in it.piece.parts])
-        return all(part.texture is None for part in it.piece.parts) and (
-            np.ptp(colours, axis=1).max() > 0.4
-        )
+        plain = all(part.texture is None for part in it.piece.parts)
+        return plain and np.ptp(colours, axis=1).max() > 0.4
 
-    sofas = [it for house in homes.values() for it in house.instances if it.label == "sofa"]
-    chairs = [it for house in homes.values() for it in house.instances if it.label == "chair"]
-    assert 0 < sum(map(bright, sofas)) < len(sofas)
-    assert 0 < sum(map(bright, chairs)) < len(chairs)
+    instances = [it for house in homes.values() for it in house.instances]
+    for label in ("sofa", "chair"):
+        pieces = [bright(it) for it in instances if it.label == label]
+        assert 0 < sum(pieces) < len(pieces)
 
 
 @pytest.mark.long
