@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from math import atan2, pi
 
@@ -19,6 +19,7 @@ from sim_stubs.world.world import World
 from vizbot.core.geometry import back_project, planar, transform
 from vizbot.core.home_vocabulary import kinds
 from vizbot.core.observer import GoalReport, Outcome, Step
+from vizbot.core.types import SE3
 
 REACH = 2.0
 """Largest distance of a stop from the goal [m] (paper, section IV-C)."""
@@ -93,8 +94,13 @@ def judge(world: World, text: str, *, stopped: bool) -> Verdict:
             chair"), a synonym ("couch"), or a room.
         stopped: Whether the robot claims to have arrived.
     """
+    return _judged(world, text, world.T_world_base, stopped)
+
+
+def _judged(world: World, text: str, T_world_base: SE3, stopped: bool) -> Verdict:
+    """Score a robot that stands there."""
     rooms, instances = rooms_of(world, text), instances_of(world, text)
-    x, y = world.T_world_base[:2, 3]
+    x, y = T_world_base[:2, 3]
     if rooms:
         distances = [distance_to_room(room, x, y) for room in rooms]
         reach, shown = ROOM_REACH, any(room.contains(x, y) for room in rooms)
@@ -106,9 +112,9 @@ def judge(world: World, text: str, *, stopped: bool) -> Verdict:
     near = [i for i, distance in enumerate(distances) if distance <= reach]
     if near and not shown:
         shown = (
-            _looks_into(world, [rooms[i] for i in near])
+            _looks_into(world, [rooms[i] for i in near], T_world_base)
             if rooms
-            else is_visible(world, [instances[i] for i in near])
+            else is_visible(world, [instances[i] for i in near], T_world_base)
         )
     reason = ""
     if not stopped:
@@ -166,13 +172,19 @@ def distance_to_room(room: Room, x: float, y: float) -> float:
     return max(0.0, -float(inside))
 
 
-def is_visible(world: World, instances: Sequence[int]) -> bool:
-    """Whether a turn on the spot brings one of the `instances` (indices) into sight."""
-    for turn in np.arange(LOOKS) * 2 * pi / LOOKS:
-        counts = pixels_of(world.segment(float(turn)), len(world.instances))
+def is_visible(world: World, instances: Sequence[int], T_world_base: SE3) -> bool:
+    """Whether a turn on the spot brings one of the `instances` (indices) into sight there."""
+    for looking in _looks_around(T_world_base):
+        counts = pixels_of(world.segment_from(looking), len(world.instances))
         if (counts[list(instances)] >= VISIBLE_PIXELS).any():
             return True
     return False
+
+
+def _looks_around(T_world_base: SE3) -> list[SE3]:
+    """Poses T_world_base of a full turn on the spot."""
+    turns = np.arange(LOOKS) * 2 * pi / LOOKS
+    return [T_world_base @ planar(0.0, 0.0, float(turn)) for turn in turns]
 
 
 def pixels_of(segments: NDArray[np.int32], instances: int) -> NDArray[np.intp]:
@@ -195,17 +207,16 @@ def in_room(room: Room, xy: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray(inside & (floor[at[:, 1], at[:, 0]] > 0))
 
 
-def _looks_into(world: World, rooms: Sequence[Room]) -> bool:
-    """Whether a turn on the spot brings enough of one of the rooms into sight.
+def _looks_into(world: World, rooms: Sequence[Room], T_world_base: SE3) -> bool:
+    """Whether a turn on the spot there brings enough of one of the rooms into sight.
 
     Rooms of one name are one room here: the legs of a hallway, each with its own floor.
     """
     names = {room.name for room in rooms}
-    for turn in np.arange(LOOKS) * 2 * pi / LOOKS:
-        T_world_base = world.T_world_base @ planar(0.0, 0.0, float(turn))
-        _, depth = world.render_from(T_world_base)
+    for looking in _looks_around(T_world_base):
+        _, depth = world.render_from(looking)
         points = back_project(depth, world.intrinsics)[::4, ::4][depth[::4, ::4] > 0]
-        xy = transform(T_world_base @ world.T_base_cam, points)[:, :2]
+        xy = transform(looking @ world.T_base_cam, points)[:, :2]
         for name in names:
             shown = np.any([in_room(room, xy) for room in rooms if room.name == name], axis=0)
             if np.count_nonzero(shown) >= ROOM_SHARE * depth[::4, ::4].size:
@@ -214,41 +225,37 @@ def _looks_into(world: World, rooms: Sequence[Room]) -> bool:
 
 
 def goals_of(world: World) -> tuple[str, ...]:
-    """The goals of GOALS that exist in a world, in their order: rooms and visible things.
+    """The goals of GOALS that can be reached in a world, in their order.
 
-    A thing is no goal if it shows fewer than VISIBLE_PIXELS from every place that the robot can
-    drive to.
+    The judge is asked: at some place that the robot can drive to, a stop is a success.
     """
     places = _places(world)
     return tuple(
         goal
         for goal in GOALS
-        if rooms_of(world, goal)
-        or any(_can_be_seen(world, i, places) for i in instances_of(world, goal))
+        if any(
+            _judged(world, goal, stop, stopped=True).success for stop in _stops(world, goal, places)
+        )
     )
 
 
-def _can_be_seen(world: World, instance: int, places: NDArray[np.float64]) -> bool:
-    """Whether the instance of this index is in sight from one of the places.
+def _stops(world: World, goal: str, places: NDArray[np.float64]) -> Iterator[SE3]:
+    """Poses T_world_base at places from which a goal may be near and in sight, likely ones first.
 
-    Places from which a wall surely hides it are left out.
+    Places from which a wall surely hides a thing are left out.
     """
-    thing = world.instances[instance]
-    centre, width = thing.centre[:2], float(np.hypot(*thing.piece.size[:2]))
-    order = np.argsort(np.abs(np.hypot(*(places - centre).T) - VIEW), kind="stable")
-    sight = Visibility(world.house.structure, thing.parts(), world.intrinsics)
-    for x, y in places[order]:
-        yaw = atan2(centre[1] - y, centre[0] - x)
-        # Next to a large thing its ends are out of the picture of its middle.
-        large = width > np.hypot(centre[0] - x, centre[1] - y)
-        for turn in (0.0, pi / 6, -pi / 6) if large else (0.0,):
-            T_world_base = planar(x, y, yaw + turn)
-            if not sight.seen(T_world_base @ world.T_base_cam).any():
-                continue
-            shown = world.segment_from(T_world_base)
-            if pixels_of(shown, len(world.instances))[instance] >= VISIBLE_PIXELS:
-                return True
-    return False
+    for room in rooms_of(world, goal):
+        away = np.array([distance_to_room(room, x, y) for x, y in places])
+        for i in np.argsort(away, kind="stable")[: np.count_nonzero(away <= ROOM_REACH)]:
+            yield planar(*places[i], 0.0)
+    for thing in (world.instances[i] for i in instances_of(world, goal)):
+        away = np.linalg.norm(places - thing.centre[:2], axis=1)
+        near = np.flatnonzero(away <= REACH + np.hypot(*thing.piece.size[:2]) / 2)
+        sight = Visibility(world.house.structure, thing.parts(), world.intrinsics)
+        for x, y in places[near[np.argsort(np.abs(away[near] - VIEW), kind="stable")]]:
+            stop = planar(x, y, atan2(thing.centre[1] - y, thing.centre[0] - x))
+            if any(sight.seen(look @ world.T_base_cam).any() for look in _looks_around(stop)):
+                yield stop
 
 
 def _places(world: World) -> NDArray[np.float64]:

@@ -8,10 +8,10 @@ from sim_stubs.homes.furniture.procedural import piece
 from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.solids import Piece, box
 from sim_stubs.scoring.shortest_path import nearest_path_length
-from sim_stubs.scoring.success import GOALS, IN_COCO, goals_of
+from sim_stubs.scoring.success import GOALS, IN_COCO, goals_of, is_visible
 from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world import World
-from vizbot.core.geometry import yaw_of
+from vizbot.core.geometry import planar, yaw_of
 
 GREY = (0.6, 0.6, 0.6)
 ROOMS = (
@@ -69,8 +69,8 @@ def behind_a_screen(gap):
     toilet = Piece("toilet", "", np.array([0.2, 0.2, 0.4]),
                    (box((0, 0, 0), (0.2, 0.2, 0.4), GREY),), "")  # fmt: skip
     screens = (
-        box((2.15, 0.325, 0), (2.1, 0.05, 1.6), GREY),
-        box((1.1, 0.15 + gap / 2, 0), (0.05, 0.3 - gap, 1.6), GREY),
+        box((2.25, 0.325, 0), (1.9, 0.05, 1.6), GREY),
+        box((1.3, 0.15 + gap / 2, 0), (0.05, 0.3 - gap, 1.6), GREY),
     )
     return House(
         rooms=(room.room,),
@@ -84,6 +84,26 @@ def behind_a_screen(gap):
 @pytest.mark.parametrize(("gap", "goals"), [(0.0, ()), (0.2, ("toilet",))])
 def test_what_is_seen_from_one_corner_alone_is_a_goal_and_what_is_from_nowhere_is_not(gap, goals):
     with World(behind_a_screen(gap), WorldConfig()) as world:
+        assert goals_of(world) == goals
+
+
+def with_a_tv_at(height):
+    """A room of 5 m by 3 m with a small television on its east wall, its foot at a height [m]."""
+    room = RectangularRoom("study", 0, 0, 5, 3, GREY, 1.0, GREY)
+    tv = Piece("tv", "", np.array([0.6, 0.1, 0.3]), (box((0, 0, 0), (0.6, 0.1, 0.3), GREY),), "")
+    return House(
+        rooms=(room.room,),
+        structure=build_structure((room,), ()),
+        instances=(Instance("tv#1", tv, 4.9, 1.5, -pi / 2, height),),
+        lights=np.array([[2.5, 1.5, 2.3]]),
+        start=(1.0, 1.5, 0.0),
+    )
+
+
+@pytest.mark.parametrize(("height", "goals"), [(1.0, ("tv",)), (1.6, ())])
+def test_what_the_judge_sees_from_no_place_within_its_reach_is_no_goal(height, goals):
+    with World(with_a_tv_at(height), WorldConfig()) as world:
+        assert is_visible(world, [0], planar(1.0, 1.5, 0.0))  # from almost 4 m
         assert goals_of(world) == goals
 
 

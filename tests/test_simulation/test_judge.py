@@ -20,6 +20,7 @@ from sim_stubs.scoring.success import (
 )
 from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world import World
+from vizbot.core.geometry import yaw_of
 from vizbot.core.observer import GoalReport, Outcome
 
 GREY = (0.6, 0.6, 0.6)
@@ -103,14 +104,14 @@ def test_a_rehearsal_scores_each_goal_by_whether_the_robot_says_that_it_arrived(
 
 @pytest.mark.parametrize(("pixels", "visible"), [(5, False), (49, False), (50, True)])
 def test_fifty_pixels_in_one_of_the_views_are_in_sight_and_fewer_are_not(pixels, visible):
-    def segment(turn):
+    def segment_from(T_world_base):
         image = np.full((48, 64), -1, np.int32)
-        image.flat[: pixels if turn > pi else 0] = 1
+        image.flat[: pixels if yaw_of(T_world_base) < 0 else 0] = 1
         image.flat[1000:2000] = 0
         return image
 
-    shown = SimpleNamespace(segment=segment, instances=(None, None))
-    assert is_visible(shown, [1]) is visible
+    shown = SimpleNamespace(segment_from=segment_from, instances=(None, None))
+    assert is_visible(shown, [1], np.eye(4)) is visible
 
 
 def test_distance_is_to_the_thing_and_not_to_the_centre(world):
