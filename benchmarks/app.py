@@ -11,6 +11,7 @@ from typing import Annotated, TypeVar
 import typer
 
 from benchmarks.claims import pages
+from benchmarks.encoder import bench as encoder
 from benchmarks.episodes.episode import EncoderScale, Home
 from benchmarks.episodes.homes import FIRST_HOME
 from benchmarks.fast_world import bench as fast_world
@@ -290,6 +291,66 @@ def run_questions(
     _require_own_folder(out, config)
     folder = folder_for(out, RUNS / "questions")
     _print(questions.run_questions(sequence, asked, load_config(config, clip), folder), as_json)
+
+
+@_bench(encoder.NAME, "--worlds sweethome3d.jar/Studio")
+def run_encoder(
+    clip: ClipOption = None,
+    seeds: SeedsOption = None,
+    worlds: Annotated[
+        str | None,
+        typer.Option("--worlds", help="Take pictures of these homes, drawn by others, too."),
+    ] = None,
+    sequences: Annotated[
+        list[Path] | None,
+        typer.Option("--sequence", metavar="SEQ", help="Ask a recording, too; may be repeated."),
+    ] = None,
+    marks: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--questions",
+            metavar="FILE.toml",
+            help="Read what is marked in the recording from this file; once for each --sequence.",
+        ),
+    ] = None,
+    quick: QuickOption = False,
+    config: SettingsOption = None,
+    out: OutOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Ask patches of pictures what they show."""
+    homes = seeds_of(seeds) or encoder.HOMES
+    asked = encoder.EncoderBench(
+        load_config(config, clip) if config is not None or clip is not None else Config(),
+        homes[:1] if quick else homes,
+        () if worlds is None else _world_files(worlds),
+        _marked_sequences(sequences or [], marks or []),
+        encoder.QUICK_PICTURES if quick else encoder.PICTURES,
+        folder_for(out, RUNS / "encoder"),
+    )
+    _print(encoder.run_encoder(asked), as_json)
+
+
+def _world_files(text: str) -> tuple[str, ...]:
+    """The files of --worlds; homes of ours are named by --seeds."""
+    worlds = tuple(text.split(","))
+    for world in worlds:
+        require_world(world)
+        if seed_of(world) is not None:
+            raise ConfigError(f"home {world} of --worlds is ours; give it by --seeds")
+    return worlds
+
+
+def _marked_sequences(
+    sequences: Sequence[Path], marks: Sequence[Path]
+) -> tuple[tuple[Path, Path], ...]:
+    """Each recording with the file of its marks."""
+    if len(sequences) != len(marks):
+        raise ConfigError(
+            f"{len(sequences)} --sequence and {len(marks)} --questions: give one file of marks for"
+            " each recording, in the same order"
+        )
+    return tuple(zip(sequences, marks, strict=True))
 
 
 @_bench(planner.NAME, "--quick")

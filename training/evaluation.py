@@ -143,7 +143,7 @@ class NamedPatches:
         embeddings: NDArray[np.float32], facts: Facts, encoder: ClipEncoder, names: Sequence[str]
     ) -> NamedPatches:
         """Ask for each of `names` bare, on patches with `embeddings` (N, D) and `facts`."""
-        truth = np.nan_to_num(facts.columns(np.array([FACT_INDEX[name] for name in names])))
+        truth = np.nan_to_num(shown_on(facts, names))
         reached, shares = {}, {}
         for name, column, text in zip(names, truth.T, encoder.embed_texts(names), strict=True):
             clear = embeddings[column >= CLEARLY]
@@ -169,6 +169,11 @@ class NamedPatches:
         return self.reach_of({name: spoken(way, name) for name in self.embeddings}, encoder)
 
 
+def shown_on(facts: Facts, names: Sequence[str]) -> NDArray[np.float32]:
+    """How clearly patches show things (P, C), by the names (C,); NaN where it is disputable."""
+    return facts.columns(np.array([FACT_INDEX[name] for name in names]))
+
+
 @dataclass(frozen=True, slots=True)
 class Accuracy:
     """Zero-shot classification at one scale.
@@ -192,30 +197,31 @@ class Accuracy:
 
 
 def zero_shot(
-    embeddings: NDArray[np.float32],
-    views: LabelledPatches,
-    encoder: ClipEncoder,
+    similarities: NDArray[np.float32],
+    shown: NDArray[np.float32],
+    edges: NDArray[np.integer],
     classes: Sequence[str],
 ) -> list[Accuracy]:
     """Accuracy, at each scale, of naming a patch by the class whose bare name is most similar.
 
     A patch takes part if it shows one of the classes clearly; a name is right if what it says is
-    shown at all.
+    shown at all. A scale at which no patch does is left out.
 
     Args:
-        embeddings: (N, D) of the patches.
-        views: The patches.
-        encoder: The encoder of the embeddings.
-        classes: Names to choose from.
+        similarities: (N, C) of patches and bare names.
+        shown: (N, C) how clearly each class is shown; NaN where it is disputable.
+        edges: (N,) edge of each patch [px].
+        classes: Names (C,) to choose from.
     """
-    truth = np.nan_to_num(views.facts.columns(np.array([FACT_INDEX[name] for name in classes])))
-    named = (embeddings @ encoder.embed_texts(list(classes)).T).argmax(axis=1)
-    clearest = truth.argmax(axis=1)
+    truth = np.nan_to_num(shown)
+    named, clearest = similarities.argmax(axis=1), truth.argmax(axis=1)
     rows = np.arange(len(truth))
     right = truth[rows, named] > 0
     result = []
     for scale, (least, end) in SCALES.items():
-        chosen = (truth[rows, clearest] >= CLEARLY) & (views.edges >= least) & (views.edges < end)
+        chosen = (truth[rows, clearest] >= CLEARLY) & (edges >= least) & (edges < end)
+        if not chosen.any():
+            continue
         of_class = {name: chosen & (clearest == i) for i, name in enumerate(classes)}
         by_class = {
             name: float(right[those].mean())
@@ -301,7 +307,12 @@ def figures(views: LabelledPatches, encoder: ClipEncoder) -> dict[str, object]:
                 "mean_of_classes": round(it.mean, 4),
             }
             for classes in (EVALUATION_CLASSES[:GOALS], EVALUATION_CLASSES)
-            for it in zero_shot(embeddings, views, encoder, classes)
+            for it in zero_shot(
+                embeddings @ encoder.embed_texts(list(classes)).T,
+                shown_on(views.facts, classes),
+                views.edges,
+                classes,
+            )
         ],
         "bare_names": {name: round(share, 4) for name, share in named.shares.items()},
         "phrasings_withheld": _reach(named, encoder, WITHHELD_WAYS),

@@ -13,7 +13,7 @@ import logging
 import multiprocessing
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import atan2, cos, pi, sin
 from pathlib import Path
@@ -52,6 +52,11 @@ SLICES = 5
 """Along each side of the bounding box."""
 AS_THEY_ARE = ("aquarium", "computer", "door", "laptop", "mirror", "picture", "tv", "window")
 """Classes whose pictures, screens and panes keep their colours."""
+SEEN_WORLDS = (
+    "3BedroomApartment", "3BedroomHouseWithAttic", "3BedroomHouseWithMezzanine", "4BedroomHouse",
+    "Studio",
+)  # fmt: skip
+"""Example homes of Sweet Home 3D that training may see; its other four are to judge by."""
 logger = logging.getLogger(__name__)
 PATCH_EDGES = ((400, 480), (190, 270), (190, 270), (190, 270),
                (90, 140), (90, 140), (90, 140), (90, 140), (90, 140), (48, 70))  # fmt: skip
@@ -210,8 +215,40 @@ def _take_one(task: tuple[int, Path, int, bool]) -> int:
     return seed
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Picture:
+    """A picture of a home, with patches of it.
+
+    Attributes:
+        rgb: (480, 640, 3) uint8.
+        boxes: (P, 4) int32, u0, v0, u1, v1 of the patches [px], ends excluded.
+        things: (P,) index in `House.instances` of what takes up most of each patch; -1 where that
+            is walls, floor or ceiling.
+        facts: Facts of the patches.
+    """
+
+    rgb: NDArray[np.uint8]
+    boxes: NDArray[np.int32]
+    things: NDArray[np.int64]
+    facts: Facts
+
+
 def take_views(house: House, seed: int, count: int) -> LabelledPatches:
     """Patches of `count` pictures of a home, taken from places that a robot can reach.
+
+    Raises:
+        DeviceError: the machine cannot render.
+    """
+    pixels, edges, facts = [], [], []
+    for picture in pictures(house, seed, count):
+        pixels.append(to_pixels([picture.rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in picture.boxes]))
+        edges.append(picture.boxes[:, 2] - picture.boxes[:, 0])
+        facts.append(picture.facts)
+    return LabelledPatches(np.concatenate(pixels), np.concatenate(edges), Facts.joined(facts))
+
+
+def pictures(house: House, seed: int, count: int) -> Iterator[Picture]:
+    """`count` pictures of a home, taken from places that a robot can reach.
 
     Raises:
         DeviceError: the machine cannot render.
@@ -221,19 +258,22 @@ def take_views(house: House, seed: int, count: int) -> LabelledPatches:
     places = _places(house)
     eye = Renderer(house, D435I_COLOUR, Lighting.drawn(rng))
     noise = ColourNoiseConfig()
-    pixels, edges, facts = [], [], []
-    for _ in range(count):
-        T_world_cam = _viewpoint(house_facts, places, rng)
-        rgb, depth = eye.render(T_world_cam)
-        gain = AutoExposure(noise).gain(rgb, 0.0) * float(rng.uniform(0.85, 1.15))
-        rgb = noisy_colour(rgb, gain, float(rng.exponential(2.0)), noise, rng)
-        segmentation = eye.segment(T_world_cam)
-        boxes = _boxes(segmentation, rng)
-        pixels.append(to_pixels([rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in boxes]))
-        edges.append(boxes[:, 2] - boxes[:, 0])
-        facts.append(seen(house_facts, segmentation, depth, T_world_cam, D435I_COLOUR, boxes))
-    eye.close()
-    return LabelledPatches(np.concatenate(pixels), np.concatenate(edges), Facts.joined(facts))
+    try:
+        for _ in range(count):
+            T_world_cam = _viewpoint(house_facts, places, rng)
+            rgb, depth = eye.render(T_world_cam)
+            gain = AutoExposure(noise).gain(rgb, 0.0) * float(rng.uniform(0.85, 1.15))
+            rgb = noisy_colour(rgb, gain, float(rng.exponential(2.0)), noise, rng)
+            segmentation = eye.segment(T_world_cam)
+            boxes = _boxes(segmentation, rng)
+            most = [
+                np.bincount(segmentation[v0:v1, u0:u1].ravel() + 1).argmax() - 1
+                for u0, v0, u1, v1 in boxes
+            ]
+            facts = seen(house_facts, segmentation, depth, T_world_cam, D435I_COLOUR, boxes)
+            yield Picture(rgb, boxes, np.array(most, np.int64), facts)
+    finally:
+        eye.close()
 
 
 def _places(house: House) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from benchmarks.claims.claims import kept_facts, read_claims
+from benchmarks.encoder.bench import encoder_page
 from benchmarks.episodes.absent_things import ThingAnswer
 from benchmarks.faults.bench import faults_page
 from benchmarks.harness.bench_plan import ENCODER_ROWS, PAPER, SEARCHED, results_file
@@ -42,6 +43,7 @@ ROWS = RESULTS / "rows"
 README = Path("README.md")
 """The page whose table of results is made."""
 MADE: Mapping[str, Callable[[Path, Path], str]] = {
+    "encoder": encoder_page,
     "faults": faults_page,
     "others": others_page,
     "planner": planner_page,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,22 +10,28 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field, ValidationError
 
 from benchmarks.harness.bench_plan import BenchResult
 from benchmarks.harness.fingerprint import commit, hardware, key_of_robot, key_of_settings
 from benchmarks.harness.scores import Rate
 from benchmarks.harness.store import Store
-from benchmarks.harness.tables import fraction_with_interval, markdown_table
+from benchmarks.harness.tables import fraction_with_interval, markdown_table, percent
+from benchmarks.questions.marks import (
+    MarkedPlaces,
+    MarkedThing,
+    places_of,
+    read_questions,
+    true_poses,
+)
 from drivers.tum_sequence import RecordedSequence
 from mapping.clip.encoder import ClipEncoder
+from mapping.clip.footprint import PLACE
+from mapping.clip.place_rows import PlaceMap
 from mapping.map_bundle import MapBundle
 from mapping.trajectory_error import align, associate
-from mapping.tum import read_trajectory
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
-from vizbot.core.geometry import transform
-from vizbot.core.settings import SETTINGS
+from vizbot.core.geometry import invert
 from vizbot.core.types import SE3
 from vizbot.mission import watch
 from vizbot.objectnav.tasks import goal_of
@@ -40,93 +45,12 @@ ScoreKind = Literal["probability", "similarity"]
 _TEXT = """`vizbot bench questions SEQ --questions FILE` maps a recording, asks its map once for
 each thing in the file, and compares the first place of each answer with the places that a person
 marked in the pictures ([questions of the walk through an office](questions/hololens_office.toml)).
+An answer is right within 0.75 m of a mark, and not beyond half the way to the nearest mark of
+another thing (0.25 m at least, the edge of a place of the map).
 With `--clip FOLDER` another CLIP answers the same questions, so that one sees what real weights
 give. The embedded encoder was trained on simulated homes alone: it is there for rehearsals, and not
 to be relied on in real pictures."""
 _BY_SIMILARITY = "The scores are similarities, -1 to 1, by which the robot of that commit decided."
-
-
-class Mark(BaseModel):
-    """A point that is on the thing, in one picture."""
-
-    model_config = SETTINGS
-
-    frame: int = Field(ge=0)
-    """Number of the picture in the recording, from 0."""
-    pixel: tuple[int, int]
-    """Column and row [px]."""
-
-
-class MarkedThing(BaseModel):
-    """A question, and where an answer is right."""
-
-    model_config = SETTINGS
-
-    text: str = Field(min_length=1)
-    """What is asked for."""
-    marks: tuple[Mark, ...] = ()
-    """Points on every such thing; none where there is no such thing."""
-    radius: float = Field(default=0.75, gt=0.0)
-    """How far from a marked point an answer is still right [m]."""
-
-
-class _Questions(BaseModel):
-    model_config = SETTINGS
-
-    question: tuple[MarkedThing, ...] = Field(min_length=1)
-
-
-def read_questions(path: Path) -> tuple[MarkedThing, ...]:
-    """The questions of a TOML file.
-
-    Raises:
-        ConfigError: it cannot be read, or is no list of questions.
-    """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
-        return _Questions.model_validate(content).question
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise ConfigError(
-            f"questions {path} cannot be read: {reason}; give a TOML file of things and"
-            " where they are"
-        ) from error
-
-
-def marked_points(
-    camera: RecordedSequence, question: MarkedThing, Ts_world_cam: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """The marked points in `world` (M, 3) [m].
-
-    Args:
-        camera: The recording.
-        question: The question.
-        Ts_world_cam: True poses of all frames (F, 4, 4).
-
-    Raises:
-        ConfigError: a mark is outside of the recording, or nothing was measured there.
-    """
-    points = [_point(camera, question, mark, Ts_world_cam) for mark in question.marks]
-    return np.array(points).reshape(-1, 3)
-
-
-def _point(
-    camera: RecordedSequence, question: MarkedThing, mark: Mark, Ts_world_cam: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    where = f"question {question.text!r}: mark {mark.frame}, {mark.pixel}"
-    if mark.frame >= len(Ts_world_cam):
-        raise ConfigError(f"{where} is in none of the {len(Ts_world_cam)} frames")
-    frame = camera.frame(mark.frame)
-    u, v = mark.pixel
-    height, width = frame.depth.shape
-    if not (0 <= u < width and 0 <= v < height):
-        raise ConfigError(f"{where} is outside of the picture of {width} x {height} pixels")
-    depth = float(frame.depth[v, u])
-    if depth <= 0.0:
-        raise ConfigError(f"{where} has no depth; mark another pixel of it")
-    ray = np.linalg.inv(frame.intrinsics.K) @ (u, v, 1.0)
-    T_world_cam: SE3 = Ts_world_cam[mark.frame]
-    return np.asarray(transform(T_world_cam, (depth * ray)[None])[0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,8 +62,10 @@ class MarkedAnswer:
         exists: Whether there is such a thing.
         score: What the robot decides by, of the best place; None where there is none.
         threshold: Score above which the robot takes it for the thing.
-        distance: Distance from the nearest marked point [m]; None without a thing or a place.
-        radius: Largest distance that is right [m].
+        distance: Distance from the marked point that decides [m]; None without a thing or a place.
+        radius: Largest distance from that point that is right [m]; None without a thing.
+        by_chance: Share of the places of the map that are right on the plan, which is how often a
+            random one of them would be.
     """
 
     text: str
@@ -147,12 +73,14 @@ class MarkedAnswer:
     score: float | None
     threshold: float
     distance: float | None
-    radius: float
+    radius: float | None
+    by_chance: float
 
     @property
     def right(self) -> bool:
         """Whether the first place is the thing, whatever the robot thinks of it."""
-        return self.distance is not None and self.distance <= self.radius
+        off, most = self.distance, self.radius
+        return off is not None and most is not None and off <= most
 
     @property
     def believed(self) -> bool:
@@ -198,14 +126,14 @@ def run_questions(sequence: Path, questions: Path, config: Config, folder: Path)
     if not truth.is_file():
         raise ConfigError(f"{truth} is missing; marked places are placed by it")
     with RecordedSequence(sequence) as camera:
-        stamps, Ts_world_cam = _true_poses(camera, truth)
-        places = [marked_points(camera, question, Ts_world_cam) for question in asked]
+        stamps, Ts_world_cam = true_poses(camera, truth)
+        marked = places_of(camera, asked, Ts_world_cam)
     encoder = open_encoder(config.clip, config.device, config.half)
     bundle = _mapped(sequence, config, encoder)
-    T_world_map = _alignment(bundle, stamps, Ts_world_cam)
+    T_map_world = invert(_alignment(bundle, stamps, Ts_world_cam))
     answers = tuple(
-        _answer(question, points, bundle, T_world_map, encoder, config)
-        for question, points in zip(asked, places, strict=True)
+        _answer(question, places.moved(T_map_world), bundle, encoder, config)
+        for question, places in zip(asked, marked, strict=True)
     )
     result = RecordingAnswers(
         sequence.resolve().name,
@@ -219,20 +147,6 @@ def run_questions(sequence: Path, questions: Path, config: Config, folder: Path)
     key = f"{key_of_robot('benchmarks/questions')}-{key_of_settings(config)}-{asked_by}"
     Store(folder / "answers.jsonl", RecordingAnswers).add(key, commit(), hardware(), result)
     return questions_result(result)
-
-
-def _true_poses(
-    camera: RecordedSequence, truth: Path
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stamps (F,) [s] and true poses (F, 4, 4) of all frames."""
-    stamps = np.array([camera.frame(i).stamp for i in range(len(camera))])
-    true_stamps, Ts_world_cam = read_trajectory(truth)
-    here, there = associate(stamps, true_stamps)
-    if len(here) < len(stamps):
-        raise ConfigError(
-            f"{truth} tells of {len(here)} of the {len(stamps)} frames; all are needed"
-        )
-    return stamps, Ts_world_cam[there]
 
 
 def _mapped(sequence: Path, config: Config, encoder: ClipEncoder) -> MapBundle:
@@ -254,24 +168,31 @@ def _alignment(
 
 def _answer(
     question: MarkedThing,
-    points: NDArray[np.float64],
+    marked: MarkedPlaces,
     bundle: MapBundle,
-    T_world_map: SE3,
     encoder: ClipEncoder,
     config: Config,
 ) -> MarkedAnswer:
+    """The map's answer to a question about places `marked` in `map`."""
     goal = goal_of(encoder, question.text)
     answer = find_places(bundle, goal, encoder.log_odds, config.objectnav)
-    distance, score = None, None
+    distance, radius, score = None, None, None
     if answer.places:
         best = answer.places[0]
         score = round(best.score, 4)
-        if len(points):
-            there = transform(T_world_map, np.array([best.position]))[0]
-            distance = round(float(np.linalg.norm(points - there, axis=1).min()), 2)
+        if (found := marked.nearest(np.array(best.position))) is not None:
+            distance, radius = (round(each, 2) for each in found)
+    by_chance = float(marked.on_plan(_seen_places(bundle)).mean())
+    exists = len(marked.points) > 0
     return MarkedAnswer(
-        question.text, bool(len(points)), score, answer.threshold, distance, question.radius
+        question.text, exists, score, answer.threshold, distance, radius, round(by_chance, 4)
     )
+
+
+def _seen_places(bundle: MapBundle) -> NDArray[np.float64]:
+    """Centres (N, 2) of all places that the map has views of, in `map` [m]."""
+    placed = PlaceMap(bundle.places).placed(bundle.keyframes.poses())
+    return np.asarray((np.unique(placed.places, axis=0) + 0.5) * PLACE)
 
 
 def questions_result(result: RecordingAnswers) -> BenchResult:
@@ -281,19 +202,22 @@ def questions_result(result: RecordingAnswers) -> BenchResult:
     right = Rate.over(answer.right for answer in exist)
     found = Rate.over(answer.right and answer.believed for answer in exist)
     refused = Rate.over(not answer.believed for answer in absent)
+    by_chance = float(np.mean([answer.by_chance for answer in exist])) if exist else None
     header = ("question", result.score_kind, "has to exceed", "off [m]", "right within [m]",
               "first place", "the robot says")  # fmt: skip
     table = markdown_table(header, [_table_row(answer) for answer in result.answers])
     notes = [
         f"{result.recording}, {result.frames} frames, mapped and asked with {result.model}."
         + (f" {result.notice[0].upper()}{result.notice[1:]}." if result.notice else ""),
-        f"First place right: {fraction_with_interval(right)}; right, and the robot believes"
-        f" it: {fraction_with_interval(found)}. Of things that are not there refused:"
+        f"First place right: {fraction_with_interval(right)}, where a random place of the map is"
+        f" right in {percent(by_chance)} %; right, and the robot believes it:"
+        f" {fraction_with_interval(found)}. Of things that are not there refused:"
         f" {fraction_with_interval(refused)}.",
     ]
     summary: dict[str, object] = {
         "questions": right.trials,
         "right": right.value,
+        "right_by_chance": by_chance,
         "found": found.value,
         "absent": refused.trials,
         "refused": refused.value,
@@ -313,7 +237,7 @@ def _table_row(answer: MarkedAnswer) -> Sequence[object]:
         answer.score,
         f"{answer.threshold:.2f}",
         answer.distance,
-        f"{answer.radius:g}" if answer.exists else None,
+        answer.radius,
         first,
         "it is there" if answer.believed else "not found",
     ]

@@ -247,7 +247,7 @@ def _stops(world: World, goal: str, places: NDArray[np.float64]) -> Iterator[SE3
     for room in rooms_of(world, goal):
         away = np.array([distance_to_room(room, x, y) for x, y in places])
         for i in np.argsort(away, kind="stable")[: np.count_nonzero(away <= ROOM_REACH)]:
-            yield planar(*places[i], 0.0)
+            yield planar(places[i, 0], places[i, 1], 0.0)
     for thing in (world.instances[i] for i in instances_of(world, goal)):
         away = np.linalg.norm(places - thing.centre[:2], axis=1)
         near = np.flatnonzero(away <= REACH + np.hypot(*thing.piece.size[:2]) / 2)

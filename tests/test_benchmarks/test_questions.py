@@ -11,11 +11,10 @@ from benchmarks.questions import bench
 from benchmarks.questions.bench import (
     MarkedAnswer,
     RecordingAnswers,
-    marked_points,
     questions_page,
     questions_result,
-    read_questions,
 )
+from benchmarks.questions.marks import MarkedPlaces, places_of, read_questions
 from drivers.tum_sequence import RecordedSequence
 from mapping.tum import write_trajectory
 from tests.test_benchmarks.printed_table import rows_in
@@ -50,10 +49,10 @@ def questions(tmp_path, text):
     return path
 
 
-def points(recording, path):
+def places(recording, path):
     poses = np.array([planar(0.0, 0.0, 0.0), planar(1.0, 0.0, 0.0)])
     with RecordedSequence(recording) as camera:
-        return [marked_points(camera, question, poses) for question in read_questions(path)]
+        return places_of(camera, read_questions(path), poses)
 
 
 def test_a_mark_is_where_the_pixel_was_seen(recording, tmp_path):
@@ -62,9 +61,32 @@ def test_a_mark_is_where_the_pixel_was_seen(recording, tmp_path):
         '[[question]]\ntext = "sofa"\nmarks = [{frame = 0, pixel = [95, 60]},'
         ' {frame = 1, pixel = [80, 30]}]\n[[question]]\ntext = "dog"\n',
     )
-    sofa, dog = points(recording, path)
-    np.testing.assert_allclose(sofa, [[2 * 15 / FX, 0.0, 2.0], [1.0, -2 * 30 / FX, 2.0]])
-    assert dog.shape == (0, 3)
+    sofa, dog = places(recording, path)
+    np.testing.assert_allclose(sofa.points, [[2 * 15 / FX, 0.0, 2.0], [1.0, -2 * 30 / FX, 2.0]])
+    assert dog.points.shape == (0, 3) and dog.nearest(np.zeros(3)) is None
+
+
+def test_right_is_half_the_way_to_another_thing_and_between_both_bounds(recording, tmp_path):
+    # A metre is 75 px: the table is 1 m beside the lamp, and the vase 0.2 m.
+    path = questions(
+        tmp_path,
+        '[[question]]\ntext = "lamp"\nmarks = [{frame = 0, pixel = [40, 60]}]\n'
+        '[[question]]\ntext = "table"\nmarks = [{frame = 0, pixel = [115, 60]},'
+        " {frame = 1, pixel = [150, 60]}]\n"
+        '[[question]]\ntext = "vase"\nmarks = [{frame = 0, pixel = [40, 75]}]\n',
+    )
+    lamp, table, vase = places(recording, path)
+    assert [*lamp.tolerances, *vase.tolerances] == [0.25, 0.25]
+    np.testing.assert_allclose(table.tolerances, [0.5, 0.75], atol=0.02)
+
+
+def test_the_mark_with_which_a_point_is_right_decides():
+    places = MarkedPlaces(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.array([0.25, 0.75]))
+    assert places.nearest(np.array([0.4, 0.0, 0.0])) == pytest.approx((0.6, 0.75))
+    xy = np.array([[0.2, 0.0], [-0.3, 0.0], [0.3, 0.0], [1.8, 0.0]])
+    assert places.on_plan(xy).tolist() == [True, False, True, False]
+    moved = places.moved(planar(0.0, 2.0, 0.0))
+    assert moved.nearest(np.array([1.0, 2.0, 0.0])) == (0.0, 0.75)
 
 
 @pytest.mark.parametrize(
@@ -79,7 +101,7 @@ def test_a_mark_is_where_the_pixel_was_seen(recording, tmp_path):
 def test_a_mark_that_is_nowhere_is_refused_by_its_question(recording, tmp_path, mark, said):
     path = questions(tmp_path, f'[[question]]\ntext = "sofa"\nmarks = [{mark}]\n')
     with pytest.raises(ConfigError, match=f"question 'sofa'.*{said}"):
-        points(recording, path)
+        places(recording, path)
 
 
 @pytest.mark.parametrize(
@@ -91,7 +113,7 @@ def test_a_spoilt_list_of_questions_is_refused_with_its_name(tmp_path, text):
 
 
 def answer(text, score, distance, exists=True):
-    return MarkedAnswer(text, exists, score, 0.5, distance, 0.75)
+    return MarkedAnswer(text, exists, score, 0.5, distance, 0.75, 0.125 * exists)
 
 
 ANSWERS = (
@@ -113,9 +135,11 @@ def test_right_is_within_the_radius_and_believed_is_over_the_threshold():
     assert [a.believed for a in ANSWERS] == [True, False, True, False, True, False]
     outcome = questions_result(answers_of("walk", "tiny"))
     assert outcome.summary == {
-        "questions": 4, "right": 0.5, "found": 0.25, "absent": 2, "refused": 0.5,
+        "questions": 4, "right": 0.5, "right_by_chance": 0.125, "found": 0.25,
+        "absent": 2, "refused": 0.5,
     }  # fmt: skip
     assert "First place right: 2 of 4" in outcome.text and "A toy." in outcome.text
+    assert "where a random place of the map is right in 12.5 %" in outcome.text
     said = [row[5] for row in rows_in(outcome.text)[2:]]
     assert said == ["right", "right", "wrong", "wrong", "there is none", "there is none"]
 

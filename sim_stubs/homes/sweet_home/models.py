@@ -127,7 +127,8 @@ def load_listed(
     parts = _tilted(parts, item.tilt)
     corners = triangles(parts).reshape(-1, 3)
     size = np.ptp(corners, axis=0) if len(corners) else np.array(item.size)
-    return Piece(label, item.name, size, parts, f"{item.name} by {item.creator}, {licence}")
+    author = f"{item.name} ({item.catalogue_id}) by {item.creator}, {licence}"
+    return Piece(label, item.name, size, parts, author)
 
 
 def _converted(home: HomeFile, item: ListedPiece, opening: Opening | None) -> tuple[Part, ...]:

@@ -112,7 +112,7 @@ class ListedPiece:
     Attributes:
         is_opening: Whether it is a door or a window.
         name: Its owner's name for it ("Coffee table").
-        catalogue_name: Its catalogue's name in English words ("bedside table").
+        catalogue_id: Its model in the catalogue of its library ("eTeks#bedsideTable").
         creator: Author of the model.
         model: Name of the model in the file.
         x: Middle of its footprint [m].
@@ -130,7 +130,7 @@ class ListedPiece:
 
     is_opening: bool
     name: str
-    catalogue_name: str
+    catalogue_id: str
     creator: str
     model: str
     x: float
@@ -144,6 +144,11 @@ class ListedPiece:
     look: SurfaceStyle | None
     materials: tuple[tuple[str, SurfaceStyle], ...]
     in_wall: tuple[float, float]
+
+    @property
+    def catalogue_name(self) -> str:
+        """Its catalogue's name in English words ("bedside table")."""
+        return plain_name(re.sub(r"([A-Z])", r" \1", self.catalogue_id.rpartition("#")[2]))
 
     @property
     def wall_centre(self) -> NDArray[np.float64]:
@@ -232,7 +237,7 @@ def _listed(element: Element) -> ListedPiece:
     return ListedPiece(
         is_opening=element.tag == "doorOrWindow",
         name=element.get("name", ""),
-        catalogue_name=_words(element.get("catalogId", "")),
+        catalogue_id=element.get("catalogId", ""),
         creator=element.get("creator", "unknown author"),
         model=element.attrib["model"].lstrip("/"),
         x=float(x),
@@ -251,11 +256,6 @@ def _listed(element: Element) -> ListedPiece:
         ),
         in_wall=(wall, wall + float(element.get("wallThickness", 1.0))),
     )
-
-
-def _words(catalogue_id: str) -> str:
-    """Words of an id: "eTeks#bedsideTable" is "bedside table"."""
-    return plain_name(re.sub(r"([A-Z])", r" \1", catalogue_id.rpartition("#")[2]))
 
 
 def _rgb(value: str) -> Rgb | None:

@@ -1,0 +1,1 @@
+"""How well an encoder tells things apart: patches whose contents are known, asked by name."""

@@ -1,0 +1,376 @@
+"""`vizbot bench encoder`: how well an encoder tells things apart, in homes and in real pictures.
+
+Patches whose contents are known are asked for things by their bare names: in homes of ours, in
+homes drawn by others, and in recordings in which a person marked the things.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from benchmarks.encoder.recordings import patches_of_recording
+from benchmarks.encoder.separation import (
+    AskedPatches,
+    Separation,
+    mean_over_names,
+    reliability,
+    separations,
+)
+from benchmarks.episodes.episode import Home, seed_of_home
+from benchmarks.episodes.homes import house_of
+from benchmarks.harness.bench_plan import BenchResult
+from benchmarks.harness.fingerprint import commit, hardware, key_of_settings, key_of_sources
+from benchmarks.harness.store import Store
+from benchmarks.harness.tables import markdown_table
+from benchmarks.harness.workers import in_parallel
+from mapping.clip.encoder import ClipEncoder
+from mapping.clip.patches import embed_frame
+from sim_stubs.scoring.success import GOALS
+from training.evaluation import SCALES, shown_on, zero_shot
+from training.views import SEEN_WORLDS, pictures
+from vizbot.config import Config
+from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
+from vizbot.rig import open_encoder
+
+NAME = "encoder"
+HOMES = (1100, 1101, 1102, 1103, 1104, 1105)
+"""Homes of development, whose furniture no training has."""
+PICTURES = 60
+"""Pictures of each home; ten patches are cut from each."""
+QUICK_PICTURES = 10
+Kind = Literal["own", "others", "trained", "recording"]
+TITLES: dict[Kind, str] = {
+    "own": "own homes",
+    "others": "homes by others",
+    "trained": "homes by others that training has seen",
+}
+"""Names of the groups of homes."""
+_SOURCES = ("sim_stubs", "training", "mapping/clip", "benchmarks/encoder", "benchmarks/questions")
+"""Sources that can change what is asked, or how it is answered."""
+_TIMED = 5
+"""Frames whose median time counts."""
+_TEXT = """`vizbot bench encoder` asks patches of pictures for the paper's goals by bare names. A
+patch shows a thing clearly, does not show it, or is left out as disputable. AUC is the
+probability that a patch that shows a thing clearly is more similar to its name than one that does
+not; recall is the share of the former above the similarity that one in a hundred of the latter
+exceeds; both are means over names. Right at a scale is the share of patches that are named rightly
+among all names. In recordings patches are those of the mapper, and what they show follows from a
+person's marks."""
+
+
+@dataclass(frozen=True, slots=True)
+class EncoderBench:
+    """What an encoder is asked.
+
+    Attributes:
+        config: Settings of the robot, with the encoder.
+        seeds: Homes of ours.
+        worlds: Homes drawn by others.
+        sequences: Recordings, each with the file of its marks.
+        pictures: Pictures of each home.
+        folder: Folder of the results.
+    """
+
+    config: Config
+    seeds: tuple[int, ...]
+    worlds: tuple[str, ...]
+    sequences: tuple[tuple[Path, Path], ...]
+    pictures: int
+    folder: Path
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What an encoder said of the patches of one home or recording, or of several together.
+
+    Attributes:
+        source: Name of the home, the recording, or the group of homes.
+        kind: Who drew it, and whether training has seen it.
+        whole: Whether it is a group, or a recording.
+        patches: Number of patches.
+        names: How well each name is told apart, by the name.
+        seen_models: In homes by others the same by patches of a model that is in a home that
+            training has seen.
+        new_models: The same by patches of any other model.
+        zero_shot: Share of patches named rightly among the names, by the scale.
+        calibration_error: Of the encoder's own probabilities; None where it has none.
+    """
+
+    source: str
+    kind: Kind
+    whole: bool
+    patches: int
+    names: dict[str, Separation]
+    seen_models: dict[str, Separation]
+    new_models: dict[str, Separation]
+    zero_shot: dict[int, float]
+    calibration_error: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class EncoderAnswers:
+    """All that one encoder said.
+
+    Attributes:
+        encoder: Id of the weights.
+        ms_a_frame: Median time of a frame of 640 x 480 pixels on this machine [ms].
+        sources: Homes, groups of homes, and recordings.
+    """
+
+    encoder: str
+    ms_a_frame: float
+    sources: tuple[Asked, ...]
+
+
+def run_encoder(bench: EncoderBench) -> BenchResult:
+    """Ask an encoder, keep its answers and print their tables.
+
+    Raises:
+        VizbotError: a home, a recording or the encoder cannot be used.
+    """
+    config = bench.config
+    encoder = open_encoder(config.clip, config.device, config.half)
+    homes: list[Home] = [*bench.seeds, *bench.worlds]
+    key = f"{key_of_sources(*_SOURCES)}-{key_of_settings(config)}"
+    kept = bench.folder / "patches" / f"{key}-{encoder.model_id}-{bench.pictures}".replace("/", "_")
+    jobs = [_Job(home, config, bench.pictures, kept) for home in homes]
+    found = {
+        job.home: asked
+        for job, asked in in_parallel(_ask_home, jobs, NAME, lambda job, _: f"home {job.home}")
+    }
+    groups: dict[Kind, list[Home]] = {"own": [], "others": [], "trained": []}
+    for home in found:
+        groups[_kind_of(home)].append(home)
+    trained = {model for home in groups["trained"] for model in found[home].models if model}
+    sources = []
+    for kind, members in groups.items():
+        split = trained if kind == "others" else set()
+        if members:
+            together = AskedPatches.joined([found[home] for home in members])
+            sources.append(_asked(TITLES[kind], kind, True, together, GOALS, encoder, split))
+            sources += [
+                _asked(_title(home), kind, False, found[home], GOALS, encoder, set())
+                for home in members
+            ]
+    for sequence, questions in bench.sequences:
+        mapper = config.perception.clip_mapper
+        patches, names = patches_of_recording(sequence, questions, encoder, mapper)
+        name = sequence.resolve().name
+        sources.append(_asked(name, "recording", True, patches, names, encoder, set()))
+    answers = EncoderAnswers(encoder.model_id, _ms_a_frame(encoder, config), tuple(sources))
+    Store(bench.folder / f"{NAME}.jsonl", EncoderAnswers).add(key, commit(), hardware(), answers)
+    return encoder_result(answers)
+
+
+@dataclass(frozen=True, slots=True)
+class _Job:
+    """A home to take pictures of, and the folder that keeps what is finished."""
+
+    home: Home
+    config: Config
+    pictures: int
+    kept: Path
+
+
+def _ask_home(job: _Job) -> AskedPatches:
+    """Take the pictures of a home and ask their patches, or read what was kept."""
+    file = job.kept / f"{_title(job.home)}.npz"
+    if file.exists():
+        return AskedPatches.load(file)
+    asked = _asked_in(job)
+    asked.save(file)
+    return asked
+
+
+def _asked_in(job: _Job) -> AskedPatches:
+    house, config = house_of(job.home), job.config
+    encoder = open_encoder(config.clip, config.device, config.half)
+    texts = encoder.embed_texts(list(GOALS))
+    models = np.array([_model(it.piece.attribution) for it in house.instances] + [""])
+    several = []
+    for picture in pictures(house, seed_of_home(job.home), job.pictures):
+        patches = [picture.rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in picture.boxes]
+        several.append(
+            AskedPatches(
+                encoder.embed_images(patches) @ texts.T,
+                shown_on(picture.facts, GOALS),
+                picture.boxes[:, 2].astype(np.int64) - picture.boxes[:, 0],
+                models[picture.things],  # -1, walls and floor, is the last
+            )
+        )
+    return AskedPatches.joined(several)
+
+
+def _model(attribution: str) -> str:
+    """The id of a model in its catalogue ("Scopia#captains-bed"); empty for shapes of our own."""
+    inside = attribution.partition("(")[2].partition(")")[0]
+    return inside if "#" in inside else ""
+
+
+def _kind_of(home: Home) -> Kind:
+    if isinstance(home, int):
+        return "own"
+    return "trained" if _title(home) in SEEN_WORLDS else "others"
+
+
+def _title(home: Home) -> str:
+    return str(home) if isinstance(home, int) else Path(home).stem
+
+
+def _asked(
+    source: str,
+    kind: Kind,
+    whole: bool,
+    patches: AskedPatches,
+    names: Sequence[str],
+    encoder: ClipEncoder,
+    trained: set[str],
+) -> Asked:
+    """What the encoder said; `trained` are models of homes that training has seen."""
+    chosen = {
+        "names": None,
+        "seen_models": np.isin(patches.models, sorted(trained)),
+        "new_models": (patches.models != "") & ~np.isin(patches.models, sorted(trained)),
+    }
+    odds = encoder.log_odds
+    return Asked(
+        source,
+        kind,
+        whole,
+        len(patches),
+        **{
+            part: separations(patches, names, encoder.threshold, rows)
+            if trained or rows is None
+            else {}
+            for part, rows in chosen.items()
+        },
+        zero_shot={
+            it.scale: round(it.overall, 4)
+            for it in zero_shot(patches.similarities, patches.shown, patches.edges, names)
+        },
+        calibration_error=None if odds is None else reliability(patches, odds),
+    )
+
+
+def _ms_a_frame(encoder: ClipEncoder, config: Config) -> float:
+    """Median time of the patches of a frame of noise, 2 m away [ms]."""
+    rgb = np.random.default_rng(0).integers(0, 256, (480, 640, 3), np.uint8)
+    camera = Intrinsics(640, 480, 600.0, 600.0, 320.0, 240.0)
+    frame = RGBDFrame(0.0, rgb, np.full((480, 640), 2.0, np.float32), camera, ImuSamples.none())
+    times = []
+    for _ in range(_TIMED + 1):
+        began = time.perf_counter()
+        embed_frame(frame, encoder, config.perception.clip_mapper)
+        times.append(time.perf_counter() - began)
+    return round(1000 * float(np.median(times[1:])), 1)
+
+
+def encoder_result(answers: EncoderAnswers) -> BenchResult:
+    """Rows, summary and tables of what an encoder said."""
+    rows: list[dict[str, object]] = [
+        {
+            "row": source.source,
+            "kind": source.kind,
+            "patches": source.patches,
+            "auc": mean_over_names(source.names, "auc"),
+            "recall_at_1": mean_over_names(source.names, "recall"),
+            "above_even": mean_over_names(source.names, "above_even"),
+            "zero_shot": source.zero_shot,
+            "calibration_error": source.calibration_error,
+        }
+        for source in answers.sources
+    ]
+    recall = {row["row"]: row["recall_at_1"] for row in rows}
+    summary: dict[str, object] = {
+        "own_recall_at_1": recall.get(TITLES["own"]),
+        "others_recall_at_1": recall.get(TITLES["others"]),
+        "ms_a_frame": answers.ms_a_frame,
+    }
+    parts = [
+        f"`{answers.encoder}`, {answers.ms_a_frame:.0f} ms a frame on this machine.",
+        _sources_table(answers.sources),
+        _names_table([source for source in answers.sources if source.whole]),
+    ]
+    split = [source for source in answers.sources if source.seen_models]
+    if split:
+        parts.append(_models_table(split))
+    return BenchResult(NAME, rows, summary, "\n\n".join(parts))
+
+
+def _sources_table(sources: Sequence[Asked]) -> str:
+    """A row for each source, the homes of a group below it."""
+    header = ("where", "patches", "names", "AUC", "recall", "above even odds",
+              *(f"right at scale {scale}" for scale in SCALES), "calibration error")  # fmt: skip
+    return markdown_table(
+        header,
+        [
+            [
+                source.source if source.whole else f"- {source.source}",
+                source.patches,
+                len(source.names),
+                _three(mean_over_names(source.names, "auc")),
+                mean_over_names(source.names, "recall"),
+                mean_over_names(source.names, "above_even"),
+                *(source.zero_shot.get(scale) for scale in SCALES),
+                _three(source.calibration_error),
+            ]
+            for source in sources
+        ],
+    )
+
+
+def _names_table(sources: Sequence[Asked]) -> str:
+    """Recall of each name in each source, and how many patches that is of."""
+    names = dict.fromkeys(name for source in sources for name in source.names)
+    header = ("recall of", *(source.source for source in sources))
+    rows = [
+        [
+            name,
+            *(
+                f"{source.names[name].recall:.2f} of {source.names[name].clear}"
+                if name in source.names
+                else None
+                for source in sources
+            ),
+        ]
+        for name in names
+    ]
+    return markdown_table(header, rows)
+
+
+def _models_table(sources: Sequence[Asked]) -> str:
+    """Names of which both models that training has seen and others are there."""
+    header = ("homes", "models", "names", "AUC", "recall")
+    rows = []
+    for source in sources:
+        both = source.seen_models.keys() & source.new_models.keys()
+        for title, found in (("seen", source.seen_models), ("new", source.new_models)):
+            kept = {name: found[name] for name in sorted(both)}
+            auc, recall = (mean_over_names(kept, of) for of in ("auc", "recall"))
+            rows.append([source.source, title, len(kept), _three(auc), recall])
+    return markdown_table(header, rows)
+
+
+def _three(value: float | None) -> str | None:
+    return None if value is None else f"{value:.3f}"
+
+
+def encoder_page(folder: Path, page: Path) -> str:
+    """The page of the newest answers of each encoder; empty without any."""
+    newest = Store(folder / f"{NAME}.jsonl", EncoderAnswers).newest(lambda each: each.encoder)
+    if not newest:
+        return ""
+    parts = ["# Encoders", _TEXT]
+    for line in newest:
+        parts += [
+            f"## {line.result.encoder}",
+            encoder_result(line.result).text,
+            f"Commit {line.commit}, {line.hardware}.",
+        ]
+    return "\n\n".join([*parts, ""])
