@@ -37,7 +37,8 @@ from training.captions.spoken_phrasing import (
     spoken,
 )
 from training.captions.unrelated_words import HELD_OUT_WORDS
-from training.views import LabelledPatches, take_all
+from training.homes import Mixture, TrainingHome
+from training.views import LabelledPatches, ViewsConfig, take_all
 from vizbot.core.home_vocabulary import COLOURS, EVALUATION_CLASSES, THINGS, akin, kinds
 
 CLEARLY = 0.6
@@ -363,7 +364,8 @@ def evaluate_clip(
         raise typer.BadParameter(f"--homes {homes}: give 1 to {len(HOMES)}")
     encoder = load_embedded_clip(weights)
     seeds = HOMES[:homes]
-    paths = take_all(folder, seeds, pictures, 2)
+    ours = [TrainingHome(Mixture.OURS, seed) for seed in seeds]
+    paths = take_all(folder, ours, ViewsConfig(pictures=pictures), 2)
     views = LabelledPatches.joined([LabelledPatches.load(path) for path in paths])
     content = {
         "model_id": encoder.model_id,

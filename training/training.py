@@ -8,7 +8,7 @@ Last comes the text stage, for the text tower alone.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from string import ascii_lowercase, digits
 from typing import Annotated
@@ -34,6 +34,7 @@ from mapping.clip.encoder import ClipEncoder
 from training.captions.captions import draw_captions, draw_negatives, draw_texts, truth_of
 from training.captions.facts import FACT_INDEX, FACTS, Facts
 from training.evaluation import embed
+from training.homes import Mixture, TrainingHome
 from training.text_stage import (
     TextStageConfig,
     embedded,
@@ -41,7 +42,7 @@ from training.text_stage import (
     part_of_rate,
     train_text_tower,
 )
-from training.views import LabelledPatches, take_all
+from training.views import LabelledPatches, ViewsConfig, take_all
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import EVALUATION_CLASSES
 from vizbot.core.settings import SETTINGS
@@ -130,17 +131,11 @@ def _texts(facts: Facts, seed: int) -> Iterator[str]:
     yield from (caption.text for caption in draw_negatives(rng, DRAWS // 4))
 
 
-class TrainingConfig(BaseModel):
-    """Settings of the training."""
+class StepsConfig(BaseModel):
+    """Settings of the steps of an optimiser of both towers."""
 
     model_config = SETTINGS
 
-    homes: int = Field(default=400, gt=0, le=900)
-    """Training homes 0, 1, ...; some of the last hundred choose the threshold (KEPT_HOMES)."""
-    plain: int = Field(default=200, ge=0)
-    """Number of homes, the first, with their own furniture; in the others it is `varied`."""
-    pictures: int = Field(default=60, gt=0)
-    """Pictures of each home; ten patches are cut from each picture."""
     steps: int = Field(default=6000, gt=0)
     """Number of steps of the optimiser."""
     batch: int = Field(default=128, gt=0)
@@ -152,8 +147,6 @@ class TrainingConfig(BaseModel):
     """Steps until the learning rate is reached; it falls as a cosine from there to 0."""
     recoloured: float = Field(default=0.15, ge=0.0, le=1.0)
     """Part of the patches that get other colours, so that shapes are learned, too."""
-    frozen: int = Field(default=4, ge=0)
-    """Blocks of the image tower behind its stem that stay as ImageNet left them."""
     average: float = Field(default=0.999, ge=0.0, lt=1.0)
     """Decay of the running mean of the weights, which is what is kept."""
     checkpoint: int = Field(default=200, gt=0)
@@ -162,35 +155,44 @@ class TrainingConfig(BaseModel):
     """Seed of all draws."""
 
 
+class TrainingConfig(BaseModel):
+    """Settings of the first stage."""
+
+    model_config = SETTINGS
+
+    homes: int = Field(default=400, gt=0, le=900)
+    """Training homes 0, 1, ...; some of the last hundred choose the threshold (KEPT_HOMES)."""
+    plain: int = Field(default=200, ge=0)
+    """Number of homes, the first, with their own furniture; in the others it is `varied`."""
+    views: ViewsConfig = ViewsConfig()
+    """Pictures of each home."""
+    frozen: int = Field(default=4, ge=0)
+    """Blocks of the image tower behind its stem that stay as ImageNet left them."""
+    steps: StepsConfig = StepsConfig()
+    """Steps of the optimiser."""
+
+
 def train(
-    pool: PatchPool,
-    tokenizer: Tokenizer,
-    folder: Path,
-    config: TrainingConfig,
-    photographs: Mapping[str, torch.Tensor] | None,
+    pool: PatchPool, tokenizer: Tokenizer, model: Clip, folder: Path, config: StepsConfig
 ) -> Clip:
-    """Train both towers, from the checkpoint in `folder` on if there is one.
+    """Train what is not frozen of a model, from the checkpoint in `folder` on if there is one.
 
     Args:
         pool: The training patches.
         tokenizer: Splits captions into tokens.
+        model: Where training starts; its tensors are changed.
         folder: Folder of the checkpoint.
-        config: Settings of the training.
-        photographs: Weights that the image tower starts from (`ImageTower.start_from`); None for
-            random ones.
+        config: Settings of the steps.
 
     Returns:
         The running mean of the weights, after all steps.
     """
     device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
     torch.manual_seed(config.seed)
-    model, mean = Clip(tokenizer.get_vocab_size()), Clip(tokenizer.get_vocab_size())
-    if photographs is not None:
-        model.image_tower.start_from(photographs)
-        model.image_tower.freeze(config.frozen)
+    mean = Clip(tokenizer.get_vocab_size())
     model.image_tower.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     mean.load_state_dict(model.state_dict())
-    model, mean = model.to(device), mean.to(device)
+    model, mean = model.to(device).train(), mean.to(device)
     optimiser = _optimiser(model, config)
     checkpoint, first = folder / "checkpoint.pt", 0
     if checkpoint.exists():
@@ -268,15 +270,28 @@ def train_embedded_clip(
 ) -> None:
     """Render training homes, train the embedded CLIP, and write it to FOLDER/embedded_clip."""
     torch.set_flush_denormal(True)  # tiny numbers in the optimiser are ten times as slow
-    config = TrainingConfig(homes=homes, steps=steps)
-    seeds, views = range(config.homes), folder / "views"
-    pool = PatchPool(take_all(views, seeds, config.pictures, workers, config.plain))
-    tokenizer = train_tokenizer(pool.facts, config.seed)
-    model = train(pool, tokenizer, folder, config, _photographs())
+    config = TrainingConfig(homes=homes, steps=StepsConfig(steps=steps))
+    drawn = [
+        TrainingHome(Mixture.OURS if seed < config.plain else Mixture.VARIED, seed)
+        for seed in range(config.homes)
+    ]
+    pool = PatchPool(take_all(folder / "views", drawn, config.views, workers))
+    tokenizer = train_tokenizer(pool.facts, config.steps.seed)
+    torch.manual_seed(config.steps.seed)
+    model = Clip(tokenizer.get_vocab_size())
+    model.image_tower.start_from(_photographs())
+    model.image_tower.freeze(config.frozen)
+    model = train(pool, tokenizer, model, folder, config.steps)
     model.text_tower = train_text_tower(model.text_tower, tokenizer, TextStageConfig())
-    kept = [LabelledPatches.load(path) for path in take_all(views, KEPT_HOMES, 60, workers)]
-    encoder = EmbeddedClip("", model, tokenizer, 0.0)
-    threshold = chosen_threshold(LabelledPatches.joined(kept), encoder)
+    finish(model, tokenizer, folder, workers)
+
+
+def finish(model: Clip, tokenizer: Tokenizer, folder: Path, workers: int) -> None:
+    """Choose the threshold and write the model to FOLDER/embedded_clip."""
+    ours = [TrainingHome(Mixture.OURS, seed) for seed in KEPT_HOMES]
+    files = take_all(folder / "views", ours, ViewsConfig(), workers)
+    kept = LabelledPatches.joined([LabelledPatches.load(path) for path in files])
+    threshold = chosen_threshold(kept, EmbeddedClip("", model, tokenizer, 0.0))
     export_model(model, tokenizer, threshold, folder / "embedded_clip")
 
 
@@ -312,7 +327,7 @@ def _photographs() -> dict[str, torch.Tensor]:
     return state
 
 
-def _optimiser(model: Clip, config: TrainingConfig) -> torch.optim.Optimizer:
+def _optimiser(model: Clip, config: StepsConfig) -> torch.optim.Optimizer:
     pretrained = [
         parameter
         for name, parameter in model.image_tower.named_parameters()

@@ -1,33 +1,25 @@
-"""Training patches: views of training homes, cut into patches, with their facts.
-
-A class has a handful of training models, which the encoder would learn by heart. A varied piece
-keeps its bounding box, and so its place in the home; its shape inside the box is shifted and
-tapered, and some pieces are painted.
-"""
+"""Training patches: views of training homes, cut into patches, with their facts."""
 
 from __future__ import annotations
 
-import colorsys
 import io
 import logging
 import multiprocessing
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import atan2, cos, pi, sin
 from pathlib import Path
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, Field
 
 from mapping.clip.embedded.encoder import to_pixels
-from sim_stubs.homes.furniture.appearance import mean_colour
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
-from sim_stubs.homes.geometry.solids import Piece
-from sim_stubs.homes.home import HELD_OUT, home
 from sim_stubs.realsense.config import ColourNoiseConfig
 from sim_stubs.realsense.depth_noise import AutoExposure, noisy_colour
 from sim_stubs.world.lighting import Lighting
@@ -36,27 +28,13 @@ from sim_stubs.world.world_plan import D435I_COLOUR
 from training.captions.facts import FACTS_DIGEST, Facts
 from training.captions.house_facts import HouseFacts
 from training.captions.patch_facts import seen
+from training.homes import TrainingHome
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.geometry import camera_mount, planar
-from vizbot.core.home_vocabulary import COLOURS
+from vizbot.core.settings import SETTINGS
 from vizbot.core.types import SE3
 
-SHAPED, PAINTED = 0.8, 0.35
-"""Shares of the pieces that get other proportions, and other colours."""
-SLOPE = 0.4
-"""Standard deviation of how much thicker a slice of a piece becomes (as a logarithm)."""
-TAPER = 0.12
-"""Most by which the top of a piece is narrower, or its foot."""
-SLICES = 5
-"""Along each side of the bounding box."""
-AS_THEY_ARE = ("aquarium", "computer", "door", "laptop", "mirror", "picture", "tv", "window")
-"""Classes whose pictures, screens and panes keep their colours."""
-SEEN_WORLDS = (
-    "3BedroomApartment", "3BedroomHouseWithAttic", "3BedroomHouseWithMezzanine", "4BedroomHouse",
-    "Studio",
-)  # fmt: skip
-"""Example homes of Sweet Home 3D that training may see; its other four are to judge by."""
 logger = logging.getLogger(__name__)
 PATCH_EDGES = ((400, 480), (190, 270), (190, 270), (190, 270),
                (90, 140), (90, 140), (90, 140), (90, 140), (90, 140), (48, 70))  # fmt: skip
@@ -65,70 +43,10 @@ AIMED = 0.65
 """Share of the views and patches that are aimed at a thing."""
 NEAREST, FARTHEST = 0.6, 4.5
 """Least and largest distance from which things are viewed [m]."""
+NEAR = 1.5
+"""Largest distance of a view from beside a thing [m]."""
 INDOORS = 0.8
 """Share of the views of a thing from its own room; walls hide most things in the others."""
-
-
-def varied(house: House, rng: np.random.Generator) -> House:
-    """The home with varied furniture."""
-    instances = tuple(replace(it, piece=another(it.piece, rng)) for it in house.instances)
-    return replace(house, instances=instances)
-
-
-def another(piece: Piece, rng: np.random.Generator) -> Piece:
-    """A piece of the same class and size, with other proportions or colours or both.
-
-    A piece that is named by its colour, such as a "yellow chair", keeps it.
-    """
-    if rng.random() < SHAPED:
-        piece = _shaped(piece, rng)
-    keeps_colours = piece.label in AS_THEY_ARE or piece.label.split()[0] in COLOURS
-    if rng.random() < PAINTED and not keeps_colours:
-        piece = _painted(piece, rng)
-    return piece
-
-
-def _shaped(piece: Piece, rng: np.random.Generator) -> Piece:
-    corners = np.concatenate([part.vertices for part in piece.parts])
-    low, high = corners.min(axis=0).astype(np.float64), corners.max(axis=0).astype(np.float64)
-    knots = np.linspace(0.0, 1.0, SLICES + 1)
-    heights = []
-    for axis in range(3):
-        thickness = np.exp(rng.normal(0.0, SLOPE, SLICES))
-        if axis == 0:  # furniture is alike on its left and right
-            thickness = thickness + thickness[::-1]
-        heights.append(np.concatenate([[0.0], np.cumsum(thickness) / thickness.sum()]))
-    taper = rng.uniform(-TAPER, TAPER, 2)
-
-    def reshape(vertices: NDArray[np.float32]) -> NDArray[np.float32]:
-        share = (vertices - low) / np.maximum(high - low, 1e-6)
-        share = np.column_stack([np.interp(share[:, i], knots, heights[i]) for i in range(3)])
-        up = share[:, 2:]
-        narrower = 1.0 - np.maximum(taper * (2.0 * up - 1.0), 0.0)
-        share[:, :2] = 0.5 + (share[:, :2] - 0.5) * narrower
-        return np.asarray(low + share * (high - low), np.float32)
-
-    parts = tuple(replace(part, vertices=reshape(part.vertices)) for part in piece.parts)
-    return replace(piece, parts=parts)
-
-
-def _painted(piece: Piece, rng: np.random.Generator) -> Piece:
-    """All parts turned by one hue, or each in a colour of its own; the name loses its material."""
-    turn, bolder = rng.uniform(0.0, 1.0), rng.uniform(0.0, 0.3)
-    every = rng.random() < 0.5
-    parts = []
-    for part in piece.parts:
-        if every:
-            hue, saturation, value = colorsys.rgb_to_hsv(*mean_colour(part))
-            rgb = colorsys.hsv_to_rgb((hue + turn) % 1.0, min(1.0, saturation + bolder), value)
-        elif rng.random() < 0.7:
-            rgb = colorsys.hsv_to_rgb(rng.uniform(), rng.beta(1.0, 1.5), rng.uniform(0.15, 1.0))
-        else:
-            parts.append(part)
-            continue
-        rgba = np.array([*rgb, part.rgba[3]], np.float32)
-        parts.append(replace(part, rgba=rgba, texture=None))
-    return replace(piece, name=piece.label, parts=tuple(parts))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -186,33 +104,36 @@ class LabelledPatches:
 
 
 def take_all(
-    folder: Path, seeds: Sequence[int], count: int, workers: int, plain: int = HELD_OUT
+    folder: Path, homes: Sequence[TrainingHome], views: ViewsConfig, workers: int
 ) -> list[Path]:
-    """Files with the patches of `count` pictures of each home, taken where they are missing.
-
-    In training homes from the seed `plain` on the furniture is `varied`.
-    """
-    files = [folder / f"{seed:04d}.npz" for seed in seeds]
+    """Files with the patches of the pictures of each home, taken where they are missing."""
+    files = [folder / f"{home.name}.npz" for home in homes]
     folder.mkdir(parents=True, exist_ok=True)
     missing = [
-        (seed, path, count, plain <= seed < HELD_OUT)
-        for seed, path in zip(seeds, files, strict=True)
-        if not path.exists()
+        (home, path, views) for home, path in zip(homes, files, strict=True) if not path.exists()
     ]
     os.environ.setdefault("LP_NUM_THREADS", "1")  # Mesa's; there is a process for each core
     with multiprocessing.get_context("spawn").Pool(workers) as pool:
-        for done, seed in enumerate(pool.imap_unordered(_take_one, missing), 1):
-            logger.info("pictures of home %d taken, %d of %d", seed, done, len(missing))
+        for done, name in enumerate(pool.imap_unordered(_take_one, missing), 1):
+            logger.info("pictures of home %s taken, %d of %d", name, done, len(missing))
     return files
 
 
-def _take_one(task: tuple[int, Path, int, bool]) -> int:
-    seed, path, count, vary = task
-    house = home(seed)
-    if vary:
-        house = varied(house, np.random.default_rng((seed, 4)))
-    take_views(house, seed, count).save(path)
-    return seed
+def _take_one(task: tuple[TrainingHome, Path, ViewsConfig]) -> str:
+    home, path, views = task
+    take_views(home.house(), home.seed, views).save(path)
+    return home.name
+
+
+class ViewsConfig(BaseModel):
+    """Settings of the pictures of a home."""
+
+    model_config = SETTINGS
+
+    pictures: int = Field(default=60, gt=0)
+    """Pictures of each home; ten patches are cut from each picture."""
+    near: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Part of the pictures aimed at a thing that are taken from beside it (NEAR)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -233,22 +154,22 @@ class Picture:
     facts: Facts
 
 
-def take_views(house: House, seed: int, count: int) -> LabelledPatches:
-    """Patches of `count` pictures of a home, taken from places that a robot can reach.
+def take_views(house: House, seed: int, views: ViewsConfig) -> LabelledPatches:
+    """Patches of pictures of a home, taken from places that a robot can reach.
 
     Raises:
         DeviceError: the machine cannot render.
     """
     pixels, edges, facts = [], [], []
-    for picture in pictures(house, seed, count):
+    for picture in pictures(house, seed, views):
         pixels.append(to_pixels([picture.rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in picture.boxes]))
         edges.append(picture.boxes[:, 2] - picture.boxes[:, 0])
         facts.append(picture.facts)
     return LabelledPatches(np.concatenate(pixels), np.concatenate(edges), Facts.joined(facts))
 
 
-def pictures(house: House, seed: int, count: int) -> Iterator[Picture]:
-    """`count` pictures of a home, taken from places that a robot can reach.
+def pictures(house: House, seed: int, views: ViewsConfig) -> Iterator[Picture]:
+    """Pictures of a home, taken from places that a robot can reach.
 
     Raises:
         DeviceError: the machine cannot render.
@@ -259,8 +180,8 @@ def pictures(house: House, seed: int, count: int) -> Iterator[Picture]:
     eye = Renderer(house, D435I_COLOUR, Lighting.drawn(rng))
     noise = ColourNoiseConfig()
     try:
-        for _ in range(count):
-            T_world_cam = _viewpoint(house_facts, places, rng)
+        for _ in range(views.pictures):
+            T_world_cam = _viewpoint(house_facts, places, views.near, rng)
             rgb, depth = eye.render(T_world_cam)
             gain = AutoExposure(noise).gain(rgb, 0.0) * float(rng.uniform(0.85, 1.15))
             rgb = noisy_colour(rgb, gain, float(rng.exponential(2.0)), noise, rng)
@@ -284,7 +205,10 @@ def _places(house: House) -> NDArray[np.float64]:
 
 
 def _viewpoint(
-    house_facts: HouseFacts, places: NDArray[np.float64], rng: np.random.Generator
+    house_facts: HouseFacts,
+    places: NDArray[np.float64],
+    near_share: float,
+    rng: np.random.Generator,
 ) -> SE3:
     """A pose of the camera, aimed at a thing or not; all classes are aimed at equally often."""
     house = house_facts.house
@@ -296,7 +220,8 @@ def _viewpoint(
         thing = house.instances[rng.choice(len(weights), p=weights / weights.sum())]
         offsets = np.array([thing.x, thing.y]) - places
         distances = np.linalg.norm(offsets, axis=1)
-        near = np.nonzero((distances > NEAREST) & (distances < FARTHEST))[0]
+        farthest = NEAR if near_share and rng.random() < near_share else FARTHEST
+        near = np.nonzero((distances > NEAREST) & (distances < farthest))[0]
         if rng.random() < INDOORS:
             rooms = house_facts.rooms.rooms_at(places)
             near = near[rooms[near] == rooms[np.argmin(distances)]]

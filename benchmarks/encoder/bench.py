@@ -33,7 +33,8 @@ from mapping.clip.encoder import ClipEncoder
 from mapping.clip.patches import embed_frame
 from sim_stubs.scoring.success import GOALS
 from training.evaluation import SCALES, shown_on, zero_shot
-from training.views import SEEN_WORLDS, pictures
+from training.homes import SEEN_WORLDS
+from training.views import ViewsConfig, pictures
 from vizbot.config import Config
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 from vizbot.rig import open_encoder
@@ -48,7 +49,7 @@ Kind = Literal["own", "others", "trained", "recording"]
 TITLES: dict[Kind, str] = {
     "own": "own homes",
     "others": "homes by others",
-    "trained": "homes by others that training has seen",
+    "trained": "homes by others, to train on",
 }
 """Names of the groups of homes."""
 _SOURCES = ("sim_stubs", "training", "mapping/clip", "benchmarks/encoder", "benchmarks/questions")
@@ -91,12 +92,12 @@ class Asked:
 
     Attributes:
         source: Name of the home, the recording, or the group of homes.
-        kind: Who drew it, and whether training has seen it.
+        kind: Who drew it, and whether it is to train on.
         whole: Whether it is a group, or a recording.
         patches: Number of patches.
         names: How well each name is told apart, by the name.
-        seen_models: In homes by others the same by patches of a model that is in a home that
-            training has seen.
+        seen_models: In homes by others the same by patches of a model that is also in a home to
+            train on.
         new_models: The same by patches of any other model.
         zero_shot: Share of patches named rightly among the names, by the scale.
         calibration_error: Of the encoder's own probabilities; None where it has none.
@@ -194,7 +195,7 @@ def _asked_in(job: _Job) -> AskedPatches:
     texts = encoder.embed_texts(list(GOALS))
     models = np.array([_model(it.piece.attribution) for it in house.instances] + [""])
     several = []
-    for picture in pictures(house, seed_of_home(job.home), job.pictures):
+    for picture in pictures(house, seed_of_home(job.home), ViewsConfig(pictures=job.pictures)):
         patches = [picture.rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in picture.boxes]
         several.append(
             AskedPatches(
@@ -232,7 +233,7 @@ def _asked(
     encoder: ClipEncoder,
     trained: set[str],
 ) -> Asked:
-    """What the encoder said; `trained` are models of homes that training has seen."""
+    """What the encoder said; `trained` are models of homes to train on."""
     chosen = {
         "names": None,
         "seen_models": np.isin(patches.models, sorted(trained)),
@@ -345,12 +346,12 @@ def _names_table(sources: Sequence[Asked]) -> str:
 
 
 def _models_table(sources: Sequence[Asked]) -> str:
-    """Names of which both models that training has seen and others are there."""
+    """Names of which both models of homes to train on and others are there."""
     header = ("homes", "models", "names", "AUC", "recall")
     rows = []
     for source in sources:
         both = source.seen_models.keys() & source.new_models.keys()
-        for title, found in (("seen", source.seen_models), ("new", source.new_models)):
+        for title, found in (("to train on", source.seen_models), ("others", source.new_models)):
             kept = {name: found[name] for name in sorted(both)}
             auc, recall = (mean_over_names(kept, of) for of in ("auc", "recall"))
             rows.append([source.source, title, len(kept), _three(auc), recall])

@@ -1,0 +1,88 @@
+"""The wide stage: teaches the image tower homes that nobody here drew, after both other stages.
+
+`python -m training.wide_stage FOLDER --jar sweethome3d.jar --number N` goes on from the weights
+that come along. The text tower stays as it is, so that all phrasings stay learned. Half of the
+pictures are of our own homes, so that those stay learned, too.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import torch
+import typer
+from pydantic import BaseModel, Field
+
+from mapping.clip.embedded.encoder import load_embedded_clip
+from mapping.clip.embedded.model_files import WEIGHTS
+from training.homes import Mixture, TrainingHome
+from training.training import PatchPool, StepsConfig, finish, train
+from training.views import ViewsConfig, take_all
+from vizbot.core.settings import SETTINGS
+
+OURS_END = 400
+"""Our rooms are those of training homes below this number."""
+
+
+class WideStageConfig(BaseModel):
+    """Settings of the wide stage."""
+
+    model_config = SETTINGS
+
+    ours: int = Field(default=60, ge=0)
+    """Homes of ours, half of them varied."""
+    their_furniture: int = Field(default=40, ge=0)
+    """Homes of ours with furniture of others."""
+    their_rooms: int = Field(default=40, ge=0)
+    """Homes of others with our furniture."""
+    theirs: int = Field(default=20, ge=0)
+    """Homes of others."""
+    views: ViewsConfig = ViewsConfig(pictures=50, near=0.4)
+    """Pictures of each home."""
+    frozen: int = Field(default=2, ge=0)
+    """Blocks of the image tower behind its stem that stay as they are."""
+    steps: StepsConfig = StepsConfig(steps=2400, learning_rate=6e-4)
+    """Steps of the optimiser."""
+
+
+def homes_of(config: WideStageConfig, number: int, jar: Path) -> list[TrainingHome]:
+    """The homes of a stage; each stage has others, but for the rooms of others themselves."""
+    counts = {
+        Mixture.OURS: config.ours - config.ours // 2,
+        Mixture.VARIED: config.ours // 2,
+        Mixture.THEIR_FURNITURE: config.their_furniture,
+        Mixture.THEIR_ROOMS: config.their_rooms,
+        Mixture.THEIRS: config.theirs,
+    }
+    homes, first = [], number * sum(counts.values())
+    for mixture, count in counts.items():
+        homes += [
+            TrainingHome(mixture, seed % OURS_END, jar) for seed in range(first, first + count)
+        ]
+        first += count
+    return homes
+
+
+def train_wide_stage(
+    folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
+    jar: Annotated[Path, typer.Option(help="Sweet Home 3D, with its example homes.")],
+    number: Annotated[int, typer.Option(help="Number of the stage; each draws others.")] = 0,
+    first: Annotated[Path, typer.Option(help="Folder of the weights to go on from.")] = WEIGHTS,
+    workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
+) -> None:
+    """Render homes of ours, of others and mixtures, and train the image tower on."""
+    torch.set_flush_denormal(True)  # tiny numbers in the optimiser are ten times as slow
+    config = WideStageConfig()
+    pool = PatchPool(
+        take_all(folder / f"views-{number}", homes_of(config, number, jar), config.views, workers)
+    )
+    encoder = load_embedded_clip(first)
+    encoder.model.text_tower.requires_grad_(False)
+    encoder.model.image_tower.freeze(config.frozen)
+    model = train(pool, encoder.tokenizer, encoder.model, folder, config.steps)
+    finish(model, encoder.tokenizer, folder, workers)
+
+
+if __name__ == "__main__":
+    typer.run(train_wide_stage)
