@@ -15,7 +15,7 @@ from training.text_stage import TextStageConfig, export_model, train_text_tower
 from training.training import (
     VOCABULARY,
     PatchPool,
-    TrainingConfig,
+    StepsConfig,
     augmented,
     chosen_threshold,
     contrastive_loss,
@@ -49,7 +49,13 @@ def tokenizer(pool):
 
 
 def config(**changes):
-    return TrainingConfig(**{"steps": 4, "batch": 8, "warmup": 1, "checkpoint": 2} | changes)
+    return StepsConfig(**{"steps": 4, "batch": 8, "warmup": 1, "checkpoint": 2} | changes)
+
+
+def untrained(tokenizer):
+    """A model with random weights, always the same."""
+    torch.manual_seed(0)
+    return Clip(tokenizer.get_vocab_size())
 
 
 @pytest.mark.long
@@ -57,7 +63,7 @@ def test_a_run_that_was_broken_off_ends_as_an_unbroken_one(pool, tokenizer, tmp_
     whole, halves = tmp_path / "whole", tmp_path / "halves"
     whole.mkdir()
     halves.mkdir()
-    unbroken = train(pool, tokenizer, whole, config(), None)
+    unbroken = train(pool, tokenizer, untrained(tokenizer), whole, config())
 
     draws = iter(range(4))
 
@@ -69,8 +75,8 @@ def test_a_run_that_was_broken_off_ends_as_an_unbroken_one(pool, tokenizer, tmp_
     with monkeypatch.context() as patch:
         patch.setattr(pool, "draw", broken_off)
         with pytest.raises(KeyboardInterrupt):
-            train(pool, tokenizer, halves, config(), None)
-    resumed = train(pool, tokenizer, halves, config(), None)
+            train(pool, tokenizer, untrained(tokenizer), halves, config())
+    resumed = train(pool, tokenizer, untrained(tokenizer), halves, config())
     for ours, theirs in zip(resumed.parameters(), unbroken.parameters(), strict=True):
         torch.testing.assert_close(ours, theirs)
 
@@ -88,10 +94,22 @@ def test_training_lowers_the_loss(pool, tokenizer, tmp_path):
             texts = model.text_tower(to_ids(tokenizer, [c.text for c in captions]))
             return float(contrastive_loss(model.log_odds(images, texts), truth))
 
-    torch.manual_seed(0)
-    before = loss(Clip(tokenizer.get_vocab_size()).eval())
-    trained = train(pool, tokenizer, tmp_path, config(steps=12, average=0.0, checkpoint=100), None)
+    before = loss(untrained(tokenizer).eval())
+    steps = config(steps=12, average=0.0, checkpoint=100)
+    trained = train(pool, tokenizer, untrained(tokenizer), tmp_path, steps)
     assert loss(trained) < 0.8 * before
+
+
+@pytest.mark.long
+def test_what_is_frozen_stays_as_it_is(pool, tokenizer, tmp_path):
+    model, before = untrained(tokenizer), untrained(tokenizer)
+    model.text_tower.requires_grad_(False)
+    model.image_tower.freeze(2)
+    trained = train(pool, tokenizer, model, tmp_path, config())
+    for name, tensor in trained.text_tower.state_dict().items():
+        assert torch.equal(tensor, before.text_tower.state_dict()[name])
+    assert torch.equal(trained.image_tower.stem.weight, before.image_tower.stem.weight)
+    assert not torch.equal(trained.image_tower.head.weight, before.image_tower.head.weight)
 
 
 def test_the_loss_is_least_where_the_log_odds_agree_with_the_truth():

@@ -7,7 +7,7 @@ import pytest
 
 from sim_stubs.homes.furniture import procedural
 from sim_stubs.homes.geometry.solids import triangles
-from training.views import another
+from training.variety import another
 
 
 @pytest.fixture(scope="module")
