@@ -17,12 +17,15 @@ from benchmarks.questions.bench import (
 from benchmarks.questions.marks import MarkedPlaces, places_of, read_questions
 from drivers.tum_sequence import RecordedSequence
 from mapping.tum import write_trajectory
+from tests.helpers.checkout import ROOT
 from tests.test_benchmarks.printed_table import rows_in
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import planar
 
 FX = 150.0
+FRAMES = {"hololens_office": 373, "nyu_cafe": 782, "tum_fr1_rpy": 694}
+"""Frames of each recording that is marked."""
 
 
 @pytest.fixture
@@ -110,6 +113,20 @@ def test_a_mark_that_is_nowhere_is_refused_by_its_question(recording, tmp_path, 
 def test_a_spoilt_list_of_questions_is_refused_with_its_name(tmp_path, text):
     with pytest.raises(ConfigError, match=r"questions .*questions\.toml cannot be read"):
         read_questions(questions(tmp_path, text))
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "docs/results/questions").glob("*.toml")))
+def test_what_is_marked_in_a_real_recording_can_be_asked(path):
+    asked = read_questions(path)
+    assert len({question.text for question in asked}) == len(asked)
+    assert sum(bool(question.marks) for question in asked) >= 15
+    assert sum(not question.marks for question in asked) == 8
+    for question in asked:
+        assert len(set(question.marks)) == len(question.marks), question.text
+        for mark in question.marks:
+            (u, v), where = mark.pixel, (question.text, mark)
+            assert mark.frame < FRAMES[path.stem], where
+            assert 0 <= u < 640 and 0 <= v < 480, where
 
 
 def answer(text, score, distance, exists=True):
