@@ -45,8 +45,8 @@ _VIEWS = (
     "mapping/clip/mapper.py",
     "mapping/clip/patches.py",
     "mapping/occupancy/planar_scan.py",
-    "benchmarks/fast_world/places.py",
-    "benchmarks/fast_world/views.py",
+    "vizbot/rehearsal/belief_fit/places.py",
+    "vizbot/rehearsal/belief_fit/views.py",
 )
 """Sources that can change a view."""
 _NO_CLAIM = "The fast world: true poses, pictures made before. For development, never for a figure."

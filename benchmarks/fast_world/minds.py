@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.fast_world.views import View
 from mapping.clip.mapper import ClipMap
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Background, Query
@@ -22,6 +21,7 @@ from vizbot.objectnav.paper_search import PaperSearch, RunningScores
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.perception.sightings import Sightings
+from vizbot.rehearsal.belief_fit.views import View
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder

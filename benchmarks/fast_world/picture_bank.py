@@ -15,14 +15,14 @@ import typer
 from numpy.typing import NDArray
 
 from benchmarks.episodes.homes import open_benchmark_home
-from benchmarks.fast_world.places import Places
-from benchmarks.fast_world.views import HEADINGS
 from benchmarks.harness.bench_plan import UNATTENDED
 from benchmarks.harness.workers import in_parallel
 from mapping.clip.background.pictures import ACROSS, EDGE, FILE
 from mapping.clip.patches import patch_boxes
 from vizbot.core.files import write_whole
 from vizbot.operator.printing import echo
+from vizbot.rehearsal.belief_fit.places import Places
+from vizbot.rehearsal.belief_fit.views import HEADINGS
 
 HOMES = range(400, 432)
 """Training homes that nothing else uses."""

@@ -19,8 +19,6 @@ from benchmarks.episodes.episode import EncoderScale, Episode, EpisodeResult, Go
 from benchmarks.episodes.homes import open_benchmark_home, start_of
 from benchmarks.episodes.other_encoders import OtherEncoder
 from benchmarks.fast_world.minds import BeliefMind, Mind, PaperMind
-from benchmarks.fast_world.places import Places
-from benchmarks.fast_world.views import HEADINGS, View, Views, pose_of
 from mapping.occupancy.depth_mapper import DepthMapper
 from nav.recovery import contact_points, edge_points
 from sim_stubs.scoring.shortest_path import nearest_path_length
@@ -34,6 +32,8 @@ from vizbot.core.types import SE3, OccupancyGrid, Twist
 from vizbot.objectnav.looks import LookAround
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal, goal_of
+from vizbot.rehearsal.belief_fit.places import Places
+from vizbot.rehearsal.belief_fit.views import HEADINGS, View, Views, pose_of
 from vizbot.rehearsal.config import RehearsalConfig
 
 if TYPE_CHECKING:  # its module loads torch

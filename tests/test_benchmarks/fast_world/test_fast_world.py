@@ -11,14 +11,14 @@ from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, Home
 from benchmarks.episodes.run import encoder_of
 from benchmarks.fast_world import bench, walk
 from benchmarks.fast_world.bench import fast_result
-from benchmarks.fast_world.places import Places
-from benchmarks.fast_world.views import HEADINGS
 from benchmarks.fast_world.walk import FastHome, SearchRule, Walk
 from benchmarks.harness.bench_plan import ABLATION_ROWS, QUICK_SHARE, UNATTENDED, BenchPlan
 from benchmarks.harness.fingerprint import Fingerprint
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid
 from vizbot.config import with_method
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
+from vizbot.rehearsal.belief_fit.places import Places
+from vizbot.rehearsal.belief_fit.views import HEADINGS
 
 HOME = 1100
 BRIEF = UNATTENDED.model_copy(

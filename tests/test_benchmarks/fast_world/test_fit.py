@@ -1,17 +1,21 @@
 """The numbers of the belief: the file that is shipped, and what they are fitted with."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from benchmarks.fast_world import fit
-from benchmarks.fast_world.fit import HOMES, Omission, SeenHome, fitted, logistic
-from benchmarks.fast_world.places import are_true, true_places
-from mapping.clip.evidence import NAMES, PRIOR, WEIGHTS_FILE, fitted_weights
+from benchmarks.fast_world.fit import HOMES
+from mapping.clip.evidence import NAMES, PRIOR, WEIGHTS_FILE, Weights, fitted_weights
 from mapping.clip.place_views import PlaceViews
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import things_named
+from vizbot.rehearsal.belief_fit import fit
+from vizbot.rehearsal.belief_fit.fit import Omission, drawn_walk, fitted, logistic, walk
+from vizbot.rehearsal.belief_fit.places import are_true, true_places
+from vizbot.rehearsal.belief_fit.seen_home import SeenHome
+from vizbot.rehearsal.belief_fit.views import HEADINGS
 
 
 def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from():
@@ -43,6 +47,30 @@ def test_a_regression_finds_what_made_the_outcomes():
     assert logistic(inputs, outcomes, half) == pytest.approx(truth, abs=0.2)
 
 
+def in_order(home, rng):
+    return range(len(home.stands))
+
+
+def test_a_walk_looks_around_first_and_then_goes_to_what_is_near():
+    xy = np.array([[x, 0.0] for x in range(10)])
+    stations = walk(xy, np.random.default_rng(1))
+    first = stations[0][0]
+    assert stations[:HEADINGS] == [(first, heading) for heading in range(HEADINGS)]
+    assert {stand for stand, _ in stations} == set(range(10))
+    assert walk(xy, np.random.default_rng(1), 14)[:14] == stations[:14]
+    assert 14 <= len(walk(xy, np.random.default_rng(1), 14)) < 14 + 4
+
+
+def test_a_walk_takes_the_views_of_its_stations():
+    home = seen_at_random(3 * HEADINGS)
+    home = replace(
+        home, stands=np.repeat([4, 7, 9], HEADINGS), headings=np.tile(np.arange(HEADINGS), 3)
+    )
+    views = drawn_walk(home, np.random.default_rng(2))
+    assert len(set(home.stands[views])) == 3
+    assert views[:HEADINGS] == [views[0] + i for i in range(HEADINGS)]
+
+
 def test_places_are_looked_at_early_and_late_on_a_walk(monkeypatch):
     views = 20
     places = np.stack([np.arange(views), np.zeros(views, np.int64)], axis=1)
@@ -53,10 +81,9 @@ def test_places_are_looked_at_early_and_late_on_a_walk(monkeypatch):
         {"sofa": np.zeros(views, np.float32)}, np.ones(views, np.float32), places,
         np.arange(views + 1), np.arange(views), 0.25 * places, np.zeros(views, np.int64),
     )  # fmt: skip
-    monkeypatch.setattr(fit, "walk_in", lambda home, rng: list(range(views)))
     monkeypatch.setattr(fit, "_KEPT", 1.0)
-    weights = np.zeros(20)
-    found = list(fit._joined(home, weights, weights, np.random.default_rng(0)))
+    weights = Weights(*np.zeros((3, 20)))
+    found = list(fit._joined(home, weights, np.random.default_rng(0), in_order))
     assert [len(outcomes) for _, outcomes, _ in found] == [5, 8, 14, 20] * 3
     for features, outcomes, counts in found:
         assert len(features) == len(outcomes) == len(counts)
@@ -85,9 +112,8 @@ def test_both_kinds_of_places_weigh_what_their_share_is():
 
 
 @pytest.mark.parametrize("without", [None, *Omission])
-def test_what_is_left_out_weighs_nothing(without, monkeypatch):
-    monkeypatch.setattr(fit, "walk_in", lambda home, rng: list(range(400)))
-    found = fitted([seen_at_random()], without)
+def test_what_is_left_out_weighs_nothing(without):
+    found = fitted([seen_at_random()], without, in_order)
     z_scores = [*found.near[7:14], *found.far[7:14]]
     assert (np.abs(z_scores) > 1e-6).any() == (without is not Omission.Z_SCORE)
     assert (abs(found.near[18]) > 1e-6) == (without is not Omission.OFFSETS_OF_TEXTS)

@@ -1,4 +1,4 @@
-"""Places of a home from which the fast world has pictures."""
+"""Places of a home from which there are pictures, and where its things and rooms truly are."""
 
 from __future__ import annotations
 

@@ -52,7 +52,7 @@ class Views:
         self, world: World, encoder: ClipEncoder, config: PerceptionConfig, folder: Path
     ) -> None:
         """Read the kept views, if there are some."""
-        self._world, self._encoder, self._config = world, encoder, config
+        self.world, self._encoder, self._config = world, encoder, config
         self._path = folder / _FILE
         self._kept = _unpacked(self._path.read_bytes()) if self._path.exists() else {}
         self.made = 0
@@ -78,7 +78,7 @@ class Views:
             write_whole(self._path, _packed(self._kept))
 
     def _make(self, xy: NDArray[np.float64], heading: int) -> View:
-        world, mapper = self._world, self._config.clip_mapper
+        world, mapper = self.world, self._config.clip_mapper
         T_before, T_world_base = world.T_world_base, pose_of(xy, heading)
         x, y = xy.tolist()
         world.place(x, y, heading * 2 * np.pi / HEADINGS)  # where a true encoder looks from, too
