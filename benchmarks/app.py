@@ -37,8 +37,10 @@ from benchmarks.options import (
     QuickOption,
     SeedsOption,
     SettingsOption,
+    UseOption,
     folder_for,
     seeds_of,
+    with_calibration,
 )
 from benchmarks.planner import bench as planner
 from benchmarks.planner.bench import planner_page
@@ -283,19 +285,22 @@ def run_questions(
         ),
     ],
     clip: ClipOption = None,
+    use: UseOption = None,
     config: SettingsOption = None,
     out: OutOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Ask the map of a recording where things are."""
-    _require_own_folder(out, config)
+    _require_own_folder(out, config, use)
     folder = folder_for(out, RUNS / "questions")
-    _print(questions.run_questions(sequence, asked, load_config(config, clip), folder), as_json)
+    settings = with_calibration(load_config(config, clip), use)
+    _print(questions.run_questions(sequence, asked, settings, folder), as_json)
 
 
 @_bench(encoder.NAME, "--worlds sweethome3d.jar/Studio")
 def run_encoder(
     clip: ClipOption = None,
+    use: UseOption = None,
     seeds: SeedsOption = None,
     worlds: Annotated[
         str | None,
@@ -321,7 +326,7 @@ def run_encoder(
     """Ask patches of pictures what they show."""
     homes = seeds_of(seeds) or encoder.HOMES
     asked = encoder.EncoderBench(
-        load_config(config, clip) if config is not None or clip is not None else Config(),
+        with_calibration(load_config(config, clip), use),
         homes[:1] if quick else homes,
         () if worlds is None else _world_files(worlds),
         _marked_sequences(sequences or [], marks or []),
@@ -414,7 +419,7 @@ def _run_board(
         goals: Number of goals of each home; None for all.
     """
     chosen, config, homes = _known_rows(rows, known), _unattended(options), seeds_of(options.seeds)
-    _require_own_folder(options.out, options.config, options.clip)
+    _require_own_folder(options.out, options.config, options.clip, options.use)
     if options.out is None and homes is not None and min(homes) < FIRST_HOME:
         raise ConfigError(
             f"home {min(homes)} of --seeds is a training home (benchmark homes begin at"
@@ -495,13 +500,17 @@ def _worlds(text: str, options: BoardOptions) -> tuple[str, ...]:
 def _unattended(options: BoardOptions) -> Config:
     """The settings of a robot that nobody stands beside, unless a file says otherwise."""
     config = UNATTENDED if options.config is None else load_config(options.config)
-    return config if options.clip is None else config.model_copy(update={"clip": options.clip})
+    if options.clip is not None:
+        config = config.model_copy(update={"clip": options.clip})
+    return with_calibration(config, options.use)
 
 
 def _require_own_folder(out: Path | None, *changes: object) -> None:
     """Refuse to keep results of other settings beside those of the defaults."""
     if out is None and any(change is not None for change in changes):
-        raise ConfigError("results with --clip or --config are kept apart; give a folder by --out")
+        raise ConfigError(
+            "results with --clip, --use or --config are kept apart; give a folder by --out"
+        )
 
 
 def _write_page(made: Callable[[Path, Path], str], folder: Path) -> None:

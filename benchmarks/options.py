@@ -9,7 +9,9 @@ from typing import Annotated
 import typer
 
 from benchmarks.episodes.episode import EncoderScale
+from mapping.clip.fitted.calibration import read_calibration
 from vizbot.commands.options import ClipOption, JsonOption
+from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_folder
 from vizbot.core.method import Method
@@ -34,6 +36,15 @@ EncoderScaleOption = Annotated[
     typer.Option(
         "--encoder-scale",
         help="Drive the row with cosines like CLIP's, with offsets, or of an unknown scale.",
+    ),
+]
+UseOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--use",
+        metavar="FILE",
+        help="Take the belief's numbers from this file of `vizbot calibrate encoder`; else those"
+        " that come along, whatever this user has fitted.",
     ),
 ]
 SettingsOption = Annotated[
@@ -61,9 +72,23 @@ class BoardOptions:
     quick: QuickOption = False
     rows: RowsOption = None
     clip: ClipOption = None
+    use: UseOption = None
     config: SettingsOption = None
     out: OutOption = None
     as_json: JsonOption = False
+
+
+def with_calibration(config: Config, file: Path | None) -> Config:
+    """The settings with the numbers of --use, which are read beforehand.
+
+    Raises:
+        ConfigError: the file, or the one that the settings name, cannot be used.
+    """
+    if file is not None:
+        config = config.model_copy(update={"clip_calibration": str(file)})
+    if config.clip_calibration:
+        read_calibration(Path(config.clip_calibration))
+    return config
 
 
 def folder_for(out: Path | None, default: Path) -> Path:

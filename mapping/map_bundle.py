@@ -21,6 +21,7 @@ from pydantic import ValidationError
 from mapping.clip.background.kept_bank import OnProgress
 from mapping.clip.background.phrases import PHRASES_ID
 from mapping.clip.background.pictures import PICTURES_ID
+from mapping.clip.fitted.calibration import EncoderCalibration
 from mapping.clip.mapper import ClipElements
 from mapping.clip.own_encoder import is_class_name
 from mapping.clip.place_rows import PlaceMap, PlaceRows
@@ -83,6 +84,8 @@ class MapBundle:
         keep_out: Polygons (K, 2) of corners x, y in `map` [m] that the robot must not enter.
         pictures: The bank of pictures (B, D) as the encoder embeds it; `NO_PICTURES` where that is
             not known.
+        calibration: Numbers of the belief that were fitted to the encoder; None for those that
+            come along.
     """
 
     model_id: str
@@ -100,6 +103,7 @@ class MapBundle:
     notice: str | None = None
     keep_out: tuple[NDArray[np.float32], ...] = ()
     pictures: NDArray[np.float32] = field(default_factory=lambda: NO_PICTURES)
+    calibration: EncoderCalibration | None = None
 
     def element_points(self) -> NDArray[np.float64]:
         """Points (N, 3) of the CLIP map's elements in `map` [m]."""
@@ -337,6 +341,7 @@ def load(folder: Path) -> MapBundle:
         keep_out=tuple(np.array(zone, np.float32) for zone in header.keep_out),
         statistics=_statistics(arrays, header),
         pictures=_pictures(arrays, header),
+        calibration=header.calibration,
         **groups,
     )
     if header.counts != _counts(bundle):
@@ -395,6 +400,7 @@ def _packed(bundle: MapBundle) -> tuple[MapHeader, dict[str, NDArray[Any]]]:
         grid_origin=tuple(grid.origin.tolist()),
         phrases_id=PHRASES_ID,
         pictures_id=PICTURES_ID,
+        calibration=bundle.calibration,
         keep_out=tuple(tuple(map(tuple, zone.tolist())) for zone in bundle.keep_out),
         counts=_counts(bundle),
         tensors_size=size_of(arrays),

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import AfterValidator, Field, ValidationError, model_validator
 
+from mapping.clip.fitted.calibration import EncoderCalibration
 from mapping.map_arrays import FARTHEST, is_rigid
 from vizbot.core.camera_limits import require_camera
 from vizbot.core.errors import MapError
@@ -48,6 +49,8 @@ class MapHeader(Settings):
     """Of the background phrases that the elements' statistics are over."""
     pictures_id: str | None = Field(default=None, max_length=100)
     """Of the bank of pictures that is embedded in the map."""
+    calibration: EncoderCalibration | None = None
+    """Numbers of the belief that were fitted to the encoder; None for those that come along."""
     keep_out: tuple[_Zone, ...] = Field(default=(), max_length=1000)
     counts: dict[str, int]
     """Number of rows of each group, for readers of this file alone."""

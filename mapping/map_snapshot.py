@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.fitted.calibration import EncoderCalibration
 from mapping.clip.mapper import ClipElements
 from mapping.clip.place_rows import PlaceRows
 from mapping.keyframes.anchors import Cloud, Keyframes, KeyframeViews, Trajectory
@@ -47,6 +48,7 @@ class MapSnapshot:
     trajectory: Trajectory
     notice: str | None
     keep_out: tuple[NDArray[np.float32], ...] = ()
+    calibration: EncoderCalibration | None = None
     created: datetime = field(default_factory=lambda: datetime.now(UTC))
 
     def bundle(self) -> MapBundle:

@@ -151,6 +151,9 @@ class Config(Settings):
     """The encoder runs on this device: `cpu`, `cuda` (`cuda:1` for a second one) or `auto`."""
     half: bool = Field(default=False, json_schema_extra=BASIC)
     """This says whether the encoder computes in 16-bit floating point, which needs CUDA."""
+    clip_calibration: str = ""
+    """The numbers that `vizbot calibrate encoder` fitted to the encoder are read from this file;
+    empty takes them from this user's folder, if they are there."""
     serial_port: str = Field(default="/dev/ttyUSB0", json_schema_extra=BASIC)
     """The Roomba is on this serial port."""
     mount: MountConfig = MountConfig()

@@ -189,30 +189,64 @@ def open_text_encoder(name: str, device: str, half: bool = False) -> TextEncoder
     return EmbeddedTexts(_embedded_files(name))
 
 
-def open_map_encoder(
-    bundle: MapBundle, device: str, half: bool = False, clip: str | None = None
-) -> TextEncoder:
+def open_map_encoder(bundle: MapBundle, config: Config, clip: str | None = None) -> TextEncoder:
     """The encoder to ask a saved map with: that of the map, unless a person names one.
 
     A map may come from anywhere, so it opens models alone: a class is code that runs, and is opened
     where a person names it.
 
-    `device` and `half` are as for `open_encoder`; `clip` None is the encoder that the map names.
+    It has the numbers of the belief that were fitted to it: those of the settings' file, else this
+    user's, else those that the map was made with.
+
+    Args:
+        bundle: The map.
+        config: Its encoder's device, precision and calibration count.
+        clip: The encoder, as `--clip` names it; None for the one that the map names.
 
     Raises:
-        ConfigError: there are no weights for it here, or the class breaks its contract.
+        ConfigError: there are no weights for it here, the class breaks its contract, or the file
+            of its calibration cannot be used.
         MapError: the map names a class and no person does, or another encoder made the map.
     """
     from mapping import map_bundle
+    from mapping.clip.fitted.encoder import CalibratedEncoder, CalibratedTexts, calibration_for
 
     if clip is None:
         map_bundle.require_no_class(bundle)
         clip = bundle.model_id
-    require_encoder(clip, device)
-    whole = len(bundle.pictures) == 0  # the map has no bank: the encoder embeds the pictures
-    encoder = open_encoder(clip, device, half) if whole else open_text_encoder(clip, device, half)
+    named = clip, config.device, config.half
+    require_encoder(clip, config.device)
+    file = Path(config.clip_calibration) if config.clip_calibration else None
+    if len(bundle.pictures):
+        texts = open_text_encoder(*named)
+        map_bundle.require_encoder(bundle, texts)
+        found = calibration_for(texts, file, bundle.calibration)
+        return texts if found is None else CalibratedTexts(texts, *found)
+    encoder = open_encoder(*named)  # the map has no bank: it embeds the pictures
     map_bundle.require_encoder(bundle, encoder)
-    return encoder
+    found = calibration_for(encoder, file, bundle.calibration)
+    return encoder if found is None else CalibratedEncoder(encoder, *found)
+
+
+def calibration_line(encoder: TextEncoder, clip: str) -> str | None:
+    """Whether the belief's numbers were fitted to an encoder, in one line.
+
+    None for the encoder that comes along with its numbers, where it has no others.
+
+    Args:
+        encoder: As it was opened.
+        clip: As it was named.
+    """
+    from mapping.clip.fitted.encoder import CalibratedEncoder, CalibratedTexts
+
+    if isinstance(encoder, CalibratedEncoder | CalibratedTexts):
+        return f"{encoder.model_id} is calibrated for this encoder by {encoder.source}"
+    if is_rehearsal_encoder(encoder.model_id):
+        return None
+    return (
+        f"{encoder.model_id}: the belief is not calibrated for this encoder;"
+        f" `vizbot calibrate encoder --clip {clip}` fits it"
+    )
 
 
 def _embedded_files(name: str) -> EmbeddedFiles:

@@ -24,6 +24,7 @@ from benchmarks.encoder.separation import (
 )
 from benchmarks.episodes.episode import Home, seed_of_home
 from benchmarks.episodes.homes import house_of
+from benchmarks.episodes.run import encoder_of
 from benchmarks.harness.bench_plan import BenchResult
 from benchmarks.harness.fingerprint import commit, hardware, key_of_settings, key_of_sources
 from benchmarks.harness.store import Store
@@ -37,7 +38,6 @@ from training.homes import SEEN_WORLDS
 from training.views import ViewsConfig, pictures
 from vizbot.config import Config
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
-from vizbot.rig import open_encoder
 
 NAME = "encoder"
 HOMES = (1100, 1101, 1102, 1103, 1104, 1105)
@@ -136,7 +136,7 @@ def run_encoder(bench: EncoderBench) -> BenchResult:
         VizbotError: a home, a recording or the encoder cannot be used.
     """
     config = bench.config
-    encoder = open_encoder(config.clip, config.device, config.half)
+    encoder = encoder_of(config)
     homes: list[Home] = [*bench.seeds, *bench.worlds]
     key = f"{key_of_sources(*_SOURCES)}-{key_of_settings(config)}"
     kept = bench.folder / "patches" / f"{key}-{encoder.model_id}-{bench.pictures}".replace("/", "_")
@@ -191,7 +191,7 @@ def _ask_home(job: _Job) -> AskedPatches:
 
 def _asked_in(job: _Job) -> AskedPatches:
     house, config = house_of(job.home), job.config
-    encoder = open_encoder(config.clip, config.device, config.half)
+    encoder = encoder_of(config)
     texts = encoder.embed_texts(list(GOALS))
     models = np.array([_model(it.piece.attribution) for it in house.instances] + [""])
     several = []

@@ -94,9 +94,7 @@ def ask_home(job: HomeQuestions) -> list[ThingAnswer]:
         answers = []
         for kind, texts in questions.items():
             for text in texts:
-                answer = find_places(
-                    bundle, goal_of(encoder, text), encoder.log_odds, job.config.objectnav
-                )
+                answer = find_places(bundle, goal_of(encoder, text), job.config.objectnav)
                 located, correct, score = answer.outcome is Outcome.LOCATED, False, 0.0
                 if answer.places:
                     best = answer.places[0]

@@ -41,6 +41,7 @@ from vizbot.core.geometry import transform
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
 from vizbot.mission import explore
+from vizbot.objectnav.candidates import question_of
 from vizbot.objectnav.tasks import goal_of
 from vizbot.pipeline import Pipeline
 from vizbot.rehearsal.rig import Rig
@@ -89,8 +90,7 @@ def explore_and_ask(job: HomeToAsk) -> tuple[ExplorationResult, list[QueryResult
         for scales in SCALE_SETS:
             asked = _OfScales.of_map(bundle, scales, config)
             for goal in goals:
-                question = Query(goal.embedding, encoder.log_odds, goal.rivals)
-                query = _Query(goal.text, question, goal.text in existing)
+                query = _Query(goal.text, question_of(goal), goal.text in existing)
                 answers.append(_ask(query, asked, bundle, world, T_world_map))
         return exploration, answers
 

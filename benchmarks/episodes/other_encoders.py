@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.episodes.episode import EncoderScale
+from mapping.clip.fitted.encoder import calibration_of
 from mapping.clip.reading import Reading
 from mapping.clip.scores import Background
 from mapping.map_bundle import MapBundle
@@ -45,6 +46,7 @@ class OtherEncoder:
         threshold: Scaled as the cosines are.
         log_odds: Undone: they are those of the own one's cosines; None where they are not known.
         notice: Of the own one.
+        calibration: Of the own one.
     """
 
     def __init__(self, own: ClipEncoder, scale: EncoderScale) -> None:
@@ -59,7 +61,7 @@ class OtherEncoder:
         if own.log_odds is not None and scale != "unknown":
             factor = own.log_odds[0] / self._slope
             self.log_odds = factor, own.log_odds[1] - factor * self._shift
-        self.notice = own.notice
+        self.notice, self.calibration = own.notice, calibration_of(own)
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of pictures."""

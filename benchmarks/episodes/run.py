@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import cv2
@@ -28,6 +29,7 @@ from benchmarks.episodes.homes import open_episode
 from benchmarks.episodes.latency import Latencies, slow_devices
 from benchmarks.episodes.oracles import AtOnce, OracleParts, oracle_parts
 from benchmarks.episodes.other_encoders import OtherEncoder
+from mapping.clip.fitted.encoder import calibrated
 from mapping.trajectory_error import absolute_trajectory_error
 from nav.frontier import FrontierSearch
 from sim_stubs.homes.geometry.occupancy_slice import reachable
@@ -279,13 +281,18 @@ def _pipeline(
 
 
 def encoder_of(config: Config) -> ClipEncoder:
-    """The encoder of a configuration, loaded once in a process."""
-    return _encoder(config.clip, config.device, config.half)
+    """The encoder of a configuration, loaded once in a process.
+
+    It has the numbers of the belief that come along, or those of the file that is named: results
+    depend on none that a user happens to have.
+    """
+    return _encoder(config.clip, config.device, config.half, config.clip_calibration)
 
 
 @lru_cache(maxsize=1)
-def _encoder(name: str, device: str, half: bool) -> ClipEncoder:
-    return open_encoder(name, device, half)
+def _encoder(name: str, device: str, half: bool, calibration: str) -> ClipEncoder:
+    encoder = open_encoder(name, device, half)
+    return calibrated(encoder, Path(calibration)) if calibration else encoder
 
 
 def _search_goal(

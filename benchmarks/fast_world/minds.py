@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from mapping.clip.mapper import ClipMap
 from mapping.clip.place_rows import PlaceMap
-from mapping.clip.scores import Background, Query
+from mapping.clip.scores import Background
 from nav.frontier import FrontierSearch
 from vizbot.config import Config
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
+from vizbot.objectnav.candidates import question_of
 from vizbot.objectnav.paper_search import PaperSearch, RunningScores
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
 from vizbot.objectnav.tasks import Decision, Goal
@@ -103,7 +104,6 @@ class BeliefMind:
         config: Config,
         encoder: ClipEncoder,
         goal: Goal,
-        log_odds: tuple[float, float] | None,
         parts: SearchParts = ALL_PARTS,
     ) -> None:
         """Begin with nothing seen.
@@ -112,13 +112,12 @@ class BeliefMind:
             config: Settings of the robot.
             encoder: Embeds the background.
             goal: What is looked for.
-            log_odds: Scale and bias of the encoder; None where they are not known.
             parts: Parts that the search has.
         """
         self._background = Background.embedded_by(encoder)
         self._map, self._places = ClipMap(encoder.dimension), PlaceMap()
         self._statistics = np.zeros((0, 2), np.float32)
-        self._goal, self._question = goal, Query(goal.embedding, log_odds, goal.rivals)
+        self._goal, self._question = goal, question_of(goal)
         self._frontiers = FrontierSearch(config.frontier)
         self._search = BeliefSearch(config, self._frontiers, parts)
         self._robot_radius = config.navigator.costmap.robot_radius

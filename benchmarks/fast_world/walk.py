@@ -192,7 +192,7 @@ class Walk:
         config, encoder = self._config, self._home.encoder
         if config.objectnav.method == "paper":
             return PaperMind(config, encoder, self._goal)
-        return BeliefMind(config, encoder, self._goal, encoder.log_odds, self._rule.parts)
+        return BeliefMind(config, encoder, self._goal, self._rule.parts)
 
     def _decide(self, grid: OccupancyGrid, T_map_base: SE3) -> Decision:
         settings = self._config.objectnav

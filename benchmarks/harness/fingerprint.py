@@ -16,7 +16,9 @@ from pydantic import BaseModel
 
 import sim_stubs
 from benchmarks.episodes.episode import Variant
+from mapping.clip.fitted.calibration import read_calibration
 from sim_stubs.homes.furniture.catalogue import read_catalogue
+from vizbot.config import Config
 
 _PACKAGES = ("drivers", "mapping", "nav", "sim_stubs", "vizbot")
 _COMMITTED = (*_PACKAGES, "benchmarks", "training")
@@ -194,7 +196,11 @@ def _digest(paths: Iterable[Path]) -> str:
 
 
 def _canonical_json(settings: BaseModel) -> str:
-    return json.dumps(settings.model_dump(mode="json"), sort_keys=True)
+    """Settings as text, with a digest of the file that one of them names."""
+    content = settings.model_dump(mode="json")
+    if isinstance(settings, Config) and settings.clip_calibration:
+        content["clip_calibration"] = read_calibration(Path(settings.clip_calibration)).digest
+    return json.dumps(content, sort_keys=True)
 
 
 def _short(parts: Iterable[str]) -> str:

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.episodes.run import encoder_of
 from benchmarks.harness.bench_plan import BenchResult
 from benchmarks.harness.fingerprint import commit, hardware, key_of_robot, key_of_settings
 from benchmarks.harness.scores import Rate
@@ -37,7 +38,7 @@ from vizbot.mission import watch
 from vizbot.objectnav.tasks import goal_of
 from vizbot.operator.session.place_answers import find_places
 from vizbot.pipeline import Pipeline
-from vizbot.rig import open_encoder, opened_devices
+from vizbot.rig import opened_devices
 
 NAME = "questions"
 ScoreKind = Literal["probability", "similarity"]
@@ -128,7 +129,7 @@ def run_questions(sequence: Path, questions: Path, config: Config, folder: Path)
     with RecordedSequence(sequence) as camera:
         stamps, Ts_world_cam = true_poses(camera, truth)
         marked = places_of(camera, asked, Ts_world_cam)
-    encoder = open_encoder(config.clip, config.device, config.half)
+    encoder = encoder_of(config)
     bundle = _mapped(sequence, config, encoder)
     T_map_world = invert(_alignment(bundle, stamps, Ts_world_cam))
     answers = tuple(
@@ -175,7 +176,7 @@ def _answer(
 ) -> MarkedAnswer:
     """The map's answer to a question about places `marked` in `map`."""
     goal = goal_of(encoder, question.text)
-    answer = find_places(bundle, goal, encoder.log_odds, config.objectnav)
+    answer = find_places(bundle, goal, config.objectnav)
     distance, radius, score = None, None, None
     if answer.places:
         best = answer.places[0]

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.belief import Belief, PlaceBelief
-from mapping.clip.evidence import fitted_weights
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.retrieval import best, similarities
 from mapping.clip.scores import Query
@@ -56,7 +55,7 @@ def belief_of_map(
         question: What is asked for.
     """
     placed = views.placed(keyframe_poses)
-    belief = Belief(question, fitted_weights())
+    belief = Belief(question, question.weights)
     return belief.update(embeddings, statistics, pictures, views.rows, placed)
 
 

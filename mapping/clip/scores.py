@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from mapping.clip.background.kept_bank import KnownWeights, OnProgress, kept_bank
 from mapping.clip.background.phrases import PHRASES
 from mapping.clip.background.pictures import bank
+from mapping.clip.evidence import Weights, fitted_weights
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import TextEncoder
@@ -114,11 +115,13 @@ class Query:
         log_odds: Scale and bias that make log odds of a cosine, as the encoder was trained; None
             where they are not known. The standard deviations above the background stand in then.
         rivals: (R, D) what a place may be instead (`other_rooms`); none of most questions.
+        weights: Of the belief, as they were fitted to the encoder.
     """
 
     embedding: NDArray[np.float32]
     log_odds: tuple[float, float] | None
     rivals: Sequence[NDArray[np.float32]] = ()
+    weights: Weights = field(default_factory=fitted_weights)
 
     def scores(
         self, embeddings: NDArray[np.float32], statistics: NDArray[np.float32]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.fitted.encoder import calibration_of
 from mapping.clip.reading import Reading
 from sim_stubs.faults.catalogue import FaultSchedule
 from vizbot.core.errors import DeviceError
@@ -92,6 +93,7 @@ class FaultyEncoder:
         self.dimension = encoder.dimension
         self.threshold = encoder.threshold
         self.log_odds = encoder.log_odds
+        self.calibration = calibration_of(encoder)
         self.notice = encoder.notice
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:

@@ -30,7 +30,7 @@ def use(folder: Path, bundle) -> None:
         export(folder, form, folder.with_name(f"export.{form}"), force=True)
     encoder, config = MeanColours(), Config()
     asked = with_background(bundle, encoder)
-    find_places(asked, goal_of(encoder, "red chair"), encoder.log_odds, config.objectnav)
+    find_places(asked, goal_of(encoder, "red chair"), config.objectnav)
     pipeline = wall_pipeline(ScriptedBase(), encoder, config, (240, 20, 12))
     pipeline.tick(Task.MAP)
     try:

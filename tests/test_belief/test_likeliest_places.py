@@ -1,5 +1,7 @@
 """The places that answer a question."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,10 +11,7 @@ from mapping.clip.scores import NO_PICTURES
 from tests.test_belief.test_belief import ASKED, WEIGHTS, camera, shown
 from vizbot.core.geometry import planar
 
-
-@pytest.fixture(autouse=True)
-def simple_weights(monkeypatch):
-    monkeypatch.setattr("mapping.clip.likeliest_places.fitted_weights", lambda: WEIGHTS)
+SIMPLY_ASKED = replace(ASKED, weights=WEIGHTS)
 
 
 def ask(views, likeness, poses=None, first_xy=None):
@@ -20,8 +19,8 @@ def ask(views, likeness, poses=None, first_xy=None):
     embeddings = embeddings.reshape(-1, 2)
     statistics = np.tile(np.float32([0.1, 0.1]), (len(likeness), 1))
     poses = poses or {0: np.eye(4)}
-    belief = belief_of_map(views, poses, embeddings, statistics, NO_PICTURES, ASKED)
-    return likeliest_places(belief, views, poses, embeddings, ASKED, first_xy)
+    belief = belief_of_map(views, poses, embeddings, statistics, NO_PICTURES, SIMPLY_ASKED)
+    return likeliest_places(belief, views, poses, embeddings, SIMPLY_ASKED, first_xy)
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ def test_a_saved_map_is_asked(run, tmp_path):
     bundle, encoder = kept_map(tmp_path / "map", "yellow chair")
     first, *said = run("ask_saved_map.py", tmp_path / "map", "yellow chair").splitlines()
     goal, config = goal_of(encoder, "yellow chair"), Config().objectnav
-    answer = find_places(with_background(bundle, encoder), goal, encoder.log_odds, config)
+    answer = find_places(with_background(bundle, encoder), goal, config)
     assert first == "yellow chair"
     for line, place in zip(said, answer.places, strict=True):
         x, y, z = place.position

@@ -10,6 +10,7 @@ from mapping import map_bundle
 from mapping.clip.own_encoder import broken_promise, open_class
 from mapping.clip.reading import Reading
 from tests.helpers.bundles import Encoder, bundle_of
+from vizbot.config import Config
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.rig import open_encoder, open_map_encoder, open_text_encoder, require_encoder
 
@@ -120,7 +121,7 @@ def test_a_map_that_names_a_class_imports_and_calls_nothing(name, tmp_path, monk
     monkeypatch.syspath_prepend(tmp_path)
     bundle = bundle_of(model_id=name)
     for ask in (
-        lambda: open_map_encoder(bundle, "cpu"),
+        lambda: open_map_encoder(bundle, Config()),
         lambda: map_bundle.require_encoder(bundle, Encoder("embedded")),
     ):
         with pytest.raises(MapError) as refused:
@@ -131,13 +132,13 @@ def test_a_map_that_names_a_class_imports_and_calls_nothing(name, tmp_path, monk
         )
     assert "sprung_trap" not in sys.modules
     with pytest.raises(ConfigError, match="''"):
-        open_map_encoder(bundle, "cpu", clip="")
+        open_map_encoder(bundle, Config(), clip="")
 
 
 def test_a_class_that_a_person_names_is_asked_about_its_map(in_examples):
     bundle = bundle_of(model_id=COLOURS)
     with pytest.raises(MapError, match="have 4 numbers"):  # it was opened, and knows 5 colours
-        open_map_encoder(bundle, "cpu", clip=COLOURS)
+        open_map_encoder(bundle, Config(), clip=COLOURS)
 
 
 @pytest.mark.parametrize(

@@ -218,9 +218,9 @@ def test_by_an_encoder_with_other_cosines_in_the_same_order_the_robot_does_the_s
         pipeline = pipeline_on(base, colour=(240, 220, 12))
         steps = ticks(pipeline, 12)
         goal = pipeline.goal("yellow wall")
-        log_odds, config = pipeline.question(goal).log_odds, pipeline.config.objectnav
+        config = pipeline.config.objectnav
         pipeline.finish()
-        kept = find_places(pipeline.bundle(), goal, log_odds, config)
+        kept = find_places(pipeline.bundle(), goal, config)
         done = [(step.activity, step.ended, step.candidate_xy is None) for step in steps]
         scores = [step.shown_score or 0.0 for step in steps] + [each.score for each in kept.places]
         runs.append((done, base.driven, kept.outcome, scores))
@@ -268,8 +268,7 @@ def test_by_belief_the_robot_and_its_saved_map_give_the_same_answer(pipeline_on)
     goal = pipeline.goal("yellow chair")
     assert pipeline.look_up(goal).candidates == ()
     bundle, report = mapped(pipeline, 3), pipeline.look_up(goal)
-    log_odds, config = pipeline.question(goal).log_odds, pipeline.config.objectnav
-    kept = find_places(bundle, goal, log_odds, config)
+    kept = find_places(bundle, goal, pipeline.config.objectnav)
     assert 0 < len(report.candidates) == len(kept.places)
     for candidate, place in zip(report.candidates, kept.places, strict=True):
         assert candidate.position == pytest.approx(place.position, abs=1e-3)

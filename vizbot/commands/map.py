@@ -15,6 +15,7 @@ import numpy as np
 import typer
 
 from mapping import map_bundle
+from mapping.clip.fitted.encoder import calibrated
 from mapping.tum import read_trajectory, write_trajectory
 from vizbot.commands.config.discovery import load_settings
 from vizbot.commands.options import MapBuildOptions, MapQueryOptions
@@ -49,11 +50,13 @@ def build(options: MapBuildOptions) -> None:
     known = read_trajectory(truth) if truth.exists() else None
     frames = _TrackedFrames()
     with opened_devices(config, str(sequence), "none", recording) as devices:
-        from vizbot.commands.progress import Progress, parts_with_bank
+        from vizbot.commands.progress import Progress, parts_with_bank, say_calibration
         from vizbot.mission import watch
         from vizbot.pipeline import Pipeline
 
-        encoder = open_encoder(config.clip, config.device, config.half)
+        file = Path(config.clip_calibration) if config.clip_calibration else None
+        encoder = calibrated(open_encoder(config.clip, config.device, config.half), file)
+        say_calibration(encoder, config.clip)
         parts = parts_with_bank(encoder)
         with Progress() as progress:
             pipeline = Pipeline(devices, encoder, config, [progress, frames], parts)
@@ -108,7 +111,7 @@ def query(options: MapQueryOptions) -> None:
         VizbotError: the map cannot be read, was made by another encoder, the text is no question,
             or the method cannot answer it.
     """
-    from vizbot.commands.progress import BankProgress
+    from vizbot.commands.progress import BankProgress, say_calibration
     from vizbot.commands.sentences import parse_question
     from vizbot.operator.language.language import load_language
 
@@ -120,6 +123,7 @@ def query(options: MapQueryOptions) -> None:
     from vizbot.operator.session.saved_map import SavedMap
 
     saved = SavedMap(options.folder, config, options.clip)
+    say_calibration(saved.encoder, options.clip or config.clip)
     notice = saved.encoder.notice
     answer = saved.find(question.goal, BankProgress(saved.encoder.model_id))
     count = saved.count(question.goal) if isinstance(question, HowMany) else None
@@ -238,6 +242,7 @@ def _summary(bundle: map_bundle.MapBundle) -> dict[str, object]:
         "elements": len(bundle.elements.keyframes),
         "cloud_points": len(bundle.cloud.rgb),
         "grid_cells": list(bundle.grid.occupancy.shape),
+        "calibrated": bundle.calibration is not None,
         "camera_height": round(float(bundle.T_base_cam[2, 3]), 3),
     }
 

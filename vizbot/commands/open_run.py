@@ -9,12 +9,12 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mapping.clip.fitted.encoder import calibrated
 from vizbot import __version__
-from vizbot.commands.progress import Progress, parts_with_bank
+from vizbot.commands.progress import Progress, parts_with_bank, say_calibration
 from vizbot.commands.run_log import GoalLog, RunLog
 from vizbot.commands.run_plan import DeviceChoice, RunPlan
 from vizbot.config import Config
@@ -180,7 +180,11 @@ def _open_devices(
 ) -> tuple[ClipEncoder, PerceptionParts | None, Devices, Rig | None]:
     """The encoder, what perception begins with, the devices, and what is simulated of them."""
     config, simulated = plan.config, choice.rehearsal
-    open_it = partial(open_encoder, config.clip, config.device, config.half)
+    file = Path(config.clip_calibration) if config.clip_calibration else None
+
+    def open_it() -> ClipEncoder:
+        return calibrated(open_encoder(config.clip, config.device, config.half), file)
+
     with collecting_afterwards():
         if simulated is None:
             encoder = open_it()
@@ -189,6 +193,7 @@ def _open_devices(
 
             world, encoder = open_world_and_encoder(config, simulated, planned, open_it, opened)
     log.info("encoder %s on %s", encoder.model_id, config.device)
+    say_calibration(encoder, config.clip)
     require_usable(plan.saved_map, encoder, config)  # before there is a folder
     parts = parts_with_bank(encoder)
     if simulated is None:

@@ -12,9 +12,10 @@ from rich.text import Text
 
 from vizbot.core.observer import GoalReport, Step
 from vizbot.operator.printing import echo, printable
+from vizbot.rig import calibration_line
 
 if TYPE_CHECKING:  # their modules load torch
-    from mapping.clip.encoder import ClipEncoder
+    from mapping.clip.encoder import ClipEncoder, TextEncoder
     from vizbot.perception.interfaces import PerceptionParts
 
 _PLAIN_EVERY = 25
@@ -117,6 +118,12 @@ class BankProgress:
         took = now - self._began
         left = f", about {took / done * (of - done):.0f} s left" if done < of else ""
         echo(f"{done} of {of} pictures after {took:.0f} s{left}", err=True)
+
+
+def say_calibration(encoder: TextEncoder, clip: str) -> None:
+    """Say whether the belief's numbers fit the encoder, as `--clip` names it."""
+    if (line := calibration_line(encoder, clip)) is not None:
+        echo(line, err=True)
 
 
 def parts_with_bank(encoder: ClipEncoder) -> PerceptionParts | None:

@@ -134,7 +134,9 @@ class BeliefSearch:
         """
         belief = self._beliefs.pop(goal.text, None)
         if belief is None:
-            belief = Belief(question, fitted_weights(self._parts.weights))
+            own = self._parts.weights
+            weights = question.weights if own is None else fitted_weights(own)
+            belief = Belief(question, weights)
         self._beliefs[goal.text] = belief  # the last one, as it was asked for last
         if len(self._beliefs) > MOST_BELIEFS:
             del self._beliefs[next(iter(self._beliefs))]

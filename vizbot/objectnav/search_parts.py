@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from mapping.clip.evidence import WEIGHTS_FILE
-
 
 @dataclass(frozen=True, slots=True)
 class SearchParts:
@@ -14,11 +12,12 @@ class SearchParts:
 
     Attributes:
         likeness: Whether what was seen near a frontier says what may be behind it.
-        weights: File of the numbers that make a belief of what was seen.
+        weights: File of the numbers that make a belief of what was seen; None for those that were
+            fitted to the encoder.
     """
 
     likeness: bool = True
-    weights: Path = WEIGHTS_FILE
+    weights: Path | None = None
 
 
 ALL_PARTS = SearchParts()

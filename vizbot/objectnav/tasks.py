@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from math import degrees
 from typing import TYPE_CHECKING, TypeAlias
@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.background.phrases import other_rooms
+from mapping.clip.evidence import Weights, fitted_weights
+from mapping.clip.fitted.encoder import weights_of
 from vizbot.core.observer import OpenQuestion, Outcome
 from vizbot.core.types import Twist
 
@@ -45,6 +47,7 @@ class Goal:
         rivals: (R, D) embeddings of what a place may be instead, as in `Query`; only rooms have
             any.
         log_odds: Scale and bias of the encoder, as in `TextEncoder`; None where they are not known.
+        weights: Of the belief, as they were fitted to the encoder.
     """
 
     text: str
@@ -53,6 +56,7 @@ class Goal:
     note: str | None = None
     rivals: Sequence[NDArray[np.float32]] = ()
     log_odds: tuple[float, float] | None = None
+    weights: Weights = field(default_factory=fitted_weights)
 
     @property
     def is_room(self) -> bool:
@@ -65,7 +69,8 @@ def goal_of(encoder: TextEncoder, text: str, threshold: float | None = None) -> 
     reading = encoder.reading(text)
     embedding, *rivals = encoder.embed_texts([reading.text, *other_rooms(reading.text)])
     least = encoder.threshold if threshold is None else threshold
-    return Goal(text, embedding, least, reading.note, rivals, encoder.log_odds)
+    weights = weights_of(encoder)
+    return Goal(text, embedding, least, reading.note, rivals, encoder.log_odds, weights)
 
 
 @dataclass(frozen=True, slots=True)

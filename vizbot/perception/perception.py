@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mapping.calibration.floor_level import estimate_mount
 from mapping.clip.belief import Belief, PlaceBelief
+from mapping.clip.fitted.encoder import calibration_of
 from mapping.clip.footprint import Footprint, footprint
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap, FrameElements
@@ -235,6 +236,7 @@ class Perception:
             cloud=self._record.cloud,
             trajectory=self._record.trajectory,
             notice=self._encoder.notice,
+            calibration=calibration_of(self._encoder),
         )
 
     def bundle(self) -> MapBundle:

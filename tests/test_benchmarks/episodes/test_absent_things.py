@@ -30,7 +30,7 @@ def test_a_home_is_asked_for_what_it_has_and_for_half_as_many_of_either_that_it_
 ):
     at_sofa, elsewhere = transform(small_home, np.array([[2.9, 1.5, 0.4], [0.3, 0.3, 0.4]]))
 
-    def find_places(bundle, goal, log_odds, config):
+    def find_places(bundle, goal, config):
         place = FoundPlace(tuple(at_sofa if goal.text == "sofa" else elsewhere), 0.8, 0, ())
         located = Outcome.LOCATED if goal.text in ("sofa", "zebra") else Outcome.NOT_FOUND
         return Answer(goal.text, located, 0.5, (place,))
@@ -54,7 +54,7 @@ def test_a_home_is_asked_for_what_it_has_and_for_half_as_many_of_either_that_it_
 def test_a_map_is_asked_with_the_cosines_of_another_encoder(small_home, monkeypatch, tmp_path):
     asked = []
 
-    def find_places(bundle, goal, log_odds, config):
+    def find_places(bundle, goal, config):
         asked.append((bundle.model_id, bundle.elements.embeddings.shape[1], len(goal.embedding)))
         return Answer(goal.text, Outcome.NOT_FOUND, 0.5, ())
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.belief import Belief, PlaceBelief, against_rivals
-from mapping.clip.evidence import fitted_weights
 from mapping.clip.place_rows import PlacedRows, PlaceMap
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
@@ -81,12 +80,11 @@ class HouseholdBeliefs:
         placed = replace(placed, moved=self._moved)
         rooms: dict[bytes, PlaceBelief] = {}
 
-        def of_room(
-            embedding: NDArray[np.float32], log_odds: tuple[float, float] | None
-        ) -> PlaceBelief:
+        def of_room(embedding: NDArray[np.float32], asked: Query) -> PlaceBelief:
             key = embedding.tobytes()
             if key not in rooms:
-                rooms[key] = self._follow(Query(embedding, log_odds), bundle, placed, room=True)
+                alone = replace(asked, embedding=embedding, rivals=())
+                rooms[key] = self._follow(alone, bundle, placed, room=True)
             return rooms[key]
 
         for text in sorted(words):
@@ -96,8 +94,8 @@ class HouseholdBeliefs:
             if len(asked.rivals) == 0:
                 yield text, self._follow(asked, bundle, placed, room=False)
             else:
-                own = of_room(asked.embedding, asked.log_odds)
-                rivals = [of_room(each, asked.log_odds) for each in asked.rivals]
+                own = of_room(asked.embedding, asked)
+                rivals = [of_room(each, asked) for each in asked.rivals]
                 yield text, against_rivals(own, rivals)
 
     def _follow(
@@ -105,7 +103,7 @@ class HouseholdBeliefs:
     ) -> PlaceBelief:
         """What is believed now of a question by itself."""
         key = asked.embedding.tobytes(), room
-        belief = self._beliefs.setdefault(key, Belief(asked, fitted_weights(), room=room))
+        belief = self._beliefs.setdefault(key, Belief(asked, asked.weights, room=room))
         assert bundle.statistics is not None
         return belief.update(
             bundle.elements.embeddings, bundle.statistics, bundle.pictures, bundle.places, placed

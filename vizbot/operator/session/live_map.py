@@ -69,8 +69,7 @@ class LiveMap:
         if bundle is None:
             least = least_score(goal, pipeline.config.objectnav)
             return Answer(text, Outcome.NOT_FOUND, least, (), goal.note)
-        question = pipeline.question(goal)
-        return find_places(bundle, goal, question.log_odds, pipeline.config.objectnav)
+        return find_places(bundle, goal, pipeline.config.objectnav)
 
     def summary(self, answer: Answer, language: Language = ENGLISH) -> str:
         """An answer in one line, seen from where the robot is now."""

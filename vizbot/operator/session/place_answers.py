@@ -20,6 +20,7 @@ from vizbot.config import ObjectNavConfig
 from vizbot.core.geometry import invert
 from vizbot.core.observer import Outcome
 from vizbot.core.types import SE3
+from vizbot.objectnav.candidates import question_of
 from vizbot.objectnav.tasks import Goal
 from vizbot.operator.language.language import ENGLISH, Language
 from vizbot.perception.sightings import Sightings
@@ -93,18 +94,15 @@ def least_score(goal: Goal, config: ObjectNavConfig) -> float:
     return goal.threshold if config.method == "paper" else config.answer_probability
 
 
-def find_places(
-    bundle: MapBundle, goal: Goal, log_odds: tuple[float, float] | None, config: ObjectNavConfig
-) -> Answer:
+def find_places(bundle: MapBundle, goal: Goal, config: ObjectNavConfig) -> Answer:
     """Look up a question on a map (paper, section III-B).
 
-    `bundle` has statistics, but for the method `paper`; `log_odds` are scale and bias of the
-    encoder, None where they are not known.
+    `bundle` has statistics, but for the method `paper`.
     """
     if config.method == "paper":
         places = _most_similar(bundle, goal)
     else:
-        places = _likeliest(bundle, Query(goal.embedding, log_odds, goal.rivals))
+        places = _likeliest(bundle, question_of(goal))
     least = least_score(goal, config)
     located = bool(places and places[0].score > least)
     outcome = Outcome.LOCATED if located else Outcome.NOT_FOUND

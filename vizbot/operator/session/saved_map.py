@@ -50,7 +50,7 @@ class SavedMap:
         self.bundle = map_bundle.load(find_map(Path(folder)))
         if clip is None and self._config.clip == self.bundle.model_id:
             clip = self._config.clip
-        self.encoder = open_map_encoder(self.bundle, self._config.device, self._config.half, clip)
+        self.encoder = open_map_encoder(self.bundle, self._config, clip)
 
     def find(
         self, text: str, on_progress: Callable[[int, int], None] = lambda done, of: None
@@ -67,7 +67,7 @@ class SavedMap:
         goal = goal_of(self.encoder, text)
         if self._config.objectnav.method != "paper":
             self.bundle = map_bundle.with_background(self.bundle, self.encoder, on_progress)
-        return find_places(self.bundle, goal, self.encoder.log_odds, self._config.objectnav)
+        return find_places(self.bundle, goal, self._config.objectnav)
 
     def count(self, text: str) -> int:
         """How many of a thing there are, those within a metre of each other as one."""
@@ -84,7 +84,7 @@ class SavedMap:
         return belief_in(self.bundle, self._query(goal_of(self.encoder, text)))
 
     def _query(self, goal: Goal) -> Query:
-        from mapping.clip.scores import Query
+        from vizbot.objectnav.candidates import question_of
 
         self.bundle = map_bundle.with_background(self.bundle, self.encoder)
-        return Query(goal.embedding, self.encoder.log_odds, goal.rivals)
+        return question_of(goal)

@@ -1,0 +1,1 @@
+"""Numbers of the belief that were fitted to one encoder, and encoders that have them."""

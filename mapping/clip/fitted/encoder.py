@@ -1,0 +1,140 @@
+"""Encoders whose numbers of the belief were fitted to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.clip.evidence import Weights, fitted_weights
+from mapping.clip.fitted.calibration import (
+    EncoderCalibration,
+    encoder_hash,
+    kept_calibration,
+    read_calibration,
+    require_same_encoder,
+)
+from mapping.clip.reading import Reading
+
+if TYPE_CHECKING:  # its module loads torch
+    from mapping.clip.encoder import ClipEncoder, TextEncoder
+
+
+@runtime_checkable
+class Calibrated(Protocol):
+    """An encoder that knows the numbers that were fitted to it."""
+
+    @property
+    def calibration(self) -> EncoderCalibration | None:
+        """Those numbers; None where none were."""
+        ...
+
+
+class CalibratedTexts:
+    """A `TextEncoder` with the numbers that were fitted to it.
+
+    Attributes:
+        calibration: Those numbers.
+        source: Where they were found, in words.
+    """
+
+    def __init__(self, encoder: TextEncoder, calibration: EncoderCalibration, source: str) -> None:
+        """Wrap an encoder."""
+        self.source = source
+        self.calibration: EncoderCalibration | None = calibration
+        self.model_id, self.dimension = encoder.model_id, encoder.dimension
+        self.threshold, self.notice = calibration.threshold, encoder.notice
+        self.log_odds: tuple[float, float] | None = calibration.log_odds
+        self._encoder = encoder
+
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """See `TextEncoder.embed_texts`."""
+        return self._encoder.embed_texts(texts)
+
+    def reading(self, text: str) -> Reading:
+        """See `TextEncoder.reading`."""
+        return self._encoder.reading(text)
+
+
+class CalibratedEncoder:
+    """A `ClipEncoder` with the numbers that were fitted to it.
+
+    Attributes:
+        calibration: Those numbers.
+        source: Where they were found, in words.
+    """
+
+    def __init__(self, encoder: ClipEncoder, calibration: EncoderCalibration, source: str) -> None:
+        """Wrap an encoder."""
+        self.source = source
+        self.calibration: EncoderCalibration | None = calibration
+        self.model_id, self.dimension = encoder.model_id, encoder.dimension
+        self.threshold, self.notice = calibration.threshold, encoder.notice
+        self.log_odds: tuple[float, float] | None = calibration.log_odds
+        self._encoder, self._hash = encoder, calibration.encoder_hash
+
+    def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
+        """See `ClipEncoder.embed_images`."""
+        return self._encoder.embed_images(images)
+
+    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
+        """See `TextEncoder.embed_texts`."""
+        return self._encoder.embed_texts(texts)
+
+    def reading(self, text: str) -> Reading:
+        """See `TextEncoder.reading`."""
+        return self._encoder.reading(text)
+
+    def weights_hash(self) -> str:
+        """Hash of the weights, which is known already."""
+        return self._hash
+
+
+def calibration_of(encoder: TextEncoder) -> EncoderCalibration | None:
+    """The numbers that were fitted to an encoder; None where it has those that come along."""
+    return encoder.calibration if isinstance(encoder, Calibrated) else None
+
+
+def weights_of(encoder: TextEncoder) -> Weights:
+    """The weights of the belief for an encoder."""
+    fitted = calibration_of(encoder)
+    return fitted_weights() if fitted is None else fitted.weights
+
+
+def calibration_for(
+    encoder: TextEncoder, file: Path | None, of_map: EncoderCalibration | None = None
+) -> tuple[EncoderCalibration, str] | None:
+    """The numbers that were fitted to an encoder, and where they were found, in words.
+
+    None where there are none.
+
+    Args:
+        encoder: Has none yet.
+        file: A file that the settings name, which comes before this user's folder; None for none.
+        of_map: Of the map that is asked, for where there is neither.
+
+    Raises:
+        ConfigError: the file that the settings name cannot be used, or is for another encoder.
+    """
+    if file is not None:
+        found = read_calibration(file)
+        require_same_encoder(found, encoder_hash(encoder), encoder.model_id, file)
+        return found, str(file)
+    kept = kept_calibration(encoder)
+    if kept is not None:
+        return kept[0], str(kept[1])
+    if of_map is not None and of_map.encoder_hash == encoder_hash(encoder):
+        return of_map, "the map"
+    return None
+
+
+def calibrated(encoder: ClipEncoder, file: Path | None = None) -> ClipEncoder:
+    """The encoder with the numbers that were fitted to it; itself where there are none.
+
+    Arguments and errors are those of `calibration_for`.
+    """
+    found = calibration_for(encoder, file)
+    return encoder if found is None else CalibratedEncoder(encoder, *found)
