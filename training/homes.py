@@ -27,12 +27,8 @@ from sim_stubs.world.world_file import read_world
 from training.variety import AS_THEY_ARE, varied
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import COLOURS
+from vizbot.rehearsal.belief_fit.view_list import SEEN_WORLDS
 
-SEEN_WORLDS = (
-    "3BedroomApartment", "3BedroomHouseWithAttic", "3BedroomHouseWithMezzanine", "4BedroomHouse",
-    "Studio",
-)  # fmt: skip
-"""Example homes of Sweet Home 3D that training may see; its other four are to judge by."""
 IN_THE_WALL = frozenset({"door", "window", "stairs"})
 """Classes that stay where a home is furnished anew: their places are made for them."""
 SWAPPED = 0.85

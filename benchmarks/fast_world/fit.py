@@ -22,10 +22,8 @@ from mapping.clip.scores import Background
 from vizbot.operator.printing import echo
 from vizbot.rehearsal.belief_fit.fit import Omission, fitted
 from vizbot.rehearsal.belief_fit.seen_home import SeenHome, seen_in, shown_from, spread_stations
+from vizbot.rehearsal.belief_fit.view_list import OWN_HOMES
 
-HOMES = range(916, 926)
-"""Training homes from 916 on serve for this: the encoder learned in 0 to 399, its threshold was
-chosen in 900 to 915."""
 _PLACES = 80
 """Number of places in a home that views are taken from."""
 
@@ -45,14 +43,14 @@ def fit(
     without: Annotated[Omission | None, typer.Option(help="What to fit them without.")] = None,
 ) -> None:
     """Fit the numbers of the belief and write them."""
-    jobs = [(seed, folder) for seed in HOMES]
+    jobs = [(seed, folder) for seed in OWN_HOMES]
     seen = dict(in_parallel(see_home, jobs, "views", lambda job, _: f"home {job[0]}"))
     weights = fitted([seen[job] for job in jobs], without)
     content = {
         "made_by": "python -m benchmarks.fast_world.fit",
         **({} if without is None else {"without": without}),
         "encoder": encoder_of(UNATTENDED).model_id,
-        "homes": list(HOMES),
+        "homes": list(OWN_HOMES),
         "near": weights.near.round(5).tolist(),
         "far": weights.far.round(5).tolist(),
         "join": weights.join.round(5).tolist(),

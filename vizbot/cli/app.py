@@ -14,6 +14,7 @@ from typing import Annotated, Any, TypeVar
 import typer
 
 from vizbot import __version__
+from vizbot.cli.calibrate import calibrate_app
 from vizbot.cli.config import config_app
 from vizbot.cli.flags import with_options
 from vizbot.cli.logs import show_events, show_warnings
@@ -22,7 +23,6 @@ from vizbot.cli.remote import explore as explore_remotely
 from vizbot.cli.remote import goal, say, status, stop, teleop, voice
 from vizbot.cli.standard_error import lose_what_cannot_be_written
 from vizbot.commands.options import (
-    CalibrateOptions,
     ClipOption,
     ConfigOption,
     DryRunOptions,
@@ -151,15 +151,6 @@ def doctor(
     run(config, clip, as_json)
 
 
-@_command("calibrate", _SET_UP, "--out robot.toml")
-@with_options(CalibrateOptions)
-def calibrate(options: CalibrateOptions) -> None:
-    """Measure wheels and mount: the robot turns on the spot and drives 1.5 m ahead and back."""
-    from vizbot.commands.calibrate import run
-
-    run(options)
-
-
 @app.command(
     "bench",
     rich_help_panel=_LOOK_BACK,
@@ -184,6 +175,7 @@ _command("explore", _ASK, "--wait")(explore_remotely)
 _command("stop", _ASK, "--url http://robot.local:8177")(stop)
 _command("status", _ASK, "--json")(status)
 _command("voice", _ASK, '--wake "hey robot"')(voice)
+app.add_typer(calibrate_app, name="calibrate", rich_help_panel=_SET_UP)
 app.add_typer(config_app, name="config", rich_help_panel=_SET_UP)
 app.add_typer(stub_app, name="stub", rich_help_panel=_SET_UP)
 app.add_typer(map_app, name="map", rich_help_panel=_LOOK_BACK)

@@ -252,6 +252,31 @@ class CalibrateOptions:
 
 
 @dataclass(frozen=True, slots=True)
+class CalibrateEncoderOptions:
+    """Options of `vizbot calibrate encoder`."""
+
+    clip: ClipOption = None
+    config: ConfigOption = None
+    use: Annotated[
+        Path | None,
+        typer.Option(
+            "--use",
+            metavar="FILE",
+            help="Fit nothing, and take this file, which was fitted elsewhere.",
+        ),
+    ] = None
+    jar: Annotated[
+        Path | None,
+        typer.Option(
+            "--jar",
+            metavar="FILE",
+            help="Look at the example homes in this sweethome3d.jar, too; else in the one that is"
+            " installed.",
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, slots=True)
 class TeleopOptions:
     """Options of `vizbot teleop`."""
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.fast_world.fit import HOMES
 from mapping.clip.evidence import NAMES, PRIOR, WEIGHTS_FILE, Weights, fitted_weights
 from mapping.clip.place_views import PlaceViews
 from sim_stubs.homes.home import home
@@ -15,6 +14,7 @@ from vizbot.rehearsal.belief_fit import fit
 from vizbot.rehearsal.belief_fit.fit import Omission, drawn_walk, fitted, logistic, walk
 from vizbot.rehearsal.belief_fit.places import are_true, true_places
 from vizbot.rehearsal.belief_fit.seen_home import SeenHome
+from vizbot.rehearsal.belief_fit.view_list import OWN_HOMES
 from vizbot.rehearsal.belief_fit.views import HEADINGS
 
 
@@ -23,7 +23,7 @@ def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from():
     weights = fitted_weights()
     assert weights.near.shape == weights.far.shape == (20,) and weights.join.shape == (20,)
     assert weights.near.size + weights.far.size + weights.join.size <= 60
-    assert kept["homes"] == list(HOMES) and min(HOMES) >= 916 and max(HOMES) <= 999
+    assert kept["homes"] == list(OWN_HOMES) and min(OWN_HOMES) >= 916 and max(OWN_HOMES) <= 999
     assert kept["encoder"].startswith("embedded-")
 
 

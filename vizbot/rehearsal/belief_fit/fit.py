@@ -139,6 +139,20 @@ def fitted(
     return replace(of_views, join=logistic(inputs, outcomes, weights))
 
 
+def believed(
+    homes: Sequence[SeenHome], weights: Weights, walks: Walks
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Probabilities (N,) of places on walks, whether the goal is there, and how much each counts.
+
+    What a room may be instead is not asked for.
+    """
+    rng = np.random.default_rng(1)
+    joined = [part for home in homes for part in _joined(home, weights, rng, walks)]
+    inputs, outcomes, counts = (np.concatenate(each) for each in zip(*joined, strict=True))
+    odds = np.clip(inputs @ weights.join, -30.0, 30.0)
+    return 1.0 / (1.0 + np.exp(-odds)), outcomes, counts
+
+
 def is_room(goal: str) -> bool:
     """Whether a goal of the paper is a room."""
     return bool(other_rooms(goal))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
 from mapping.clip.footprint import Footprint, footprint
@@ -22,6 +24,8 @@ from vizbot.core.types import SE3, ImuSamples, RGBDFrame
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
+
+log = logging.getLogger(__name__)
 
 HEADINGS = 12
 """Headings of a place, a step's turn apart."""
@@ -54,7 +58,7 @@ class Views:
         """Read the kept views, if there are some."""
         self.world, self._encoder, self._config = world, encoder, config
         self._path = folder / _FILE
-        self._kept = _unpacked(self._path.read_bytes()) if self._path.exists() else {}
+        self._kept = _read(self._path)
         self.made = 0
 
     def view(self, xy: NDArray[np.float64], place: int, heading: int) -> View:
@@ -95,10 +99,26 @@ class Views:
         return View(elements, shown, scan)
 
 
+def count_views(folder: Path) -> int:
+    """Number of views that are kept in a folder."""
+    return len(_read(folder / _FILE))
+
+
 def pose_of(xy: NDArray[np.float64], heading: int) -> SE3:
     """T_world_base of the robot at a place (2,) [m] with the heading of this number."""
     x, y = xy.tolist()
     return planar(x, y, heading * 2 * np.pi / HEADINGS)
+
+
+def _read(path: Path) -> dict[int, View]:
+    """The views of a file; none where it is not there, or not what was written."""
+    try:
+        return _unpacked(path.read_bytes())
+    except FileNotFoundError:
+        return {}
+    except (OSError, SafetensorError, KeyError, ValueError, IndexError) as error:
+        log.info("the views in %s are taken anew: %s", path, error)
+        return {}
 
 
 def _unpacked(content: bytes) -> dict[int, View]:
