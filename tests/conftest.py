@@ -101,10 +101,11 @@ def certificates_are_read_once():
 
 @pytest.fixture(scope="session", autouse=True)
 def no_settings(tmp_path_factory):
-    """Commands would find a person's own settings, and keep banks of pictures in their cache."""
+    """Commands would find a person's own settings and calibrations, and keep banks in their cache."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("VIZBOT_CONFIG", raising=False)
         patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("settings")))
+        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("maps_and_encoders")))
         yield
 
 

@@ -1,0 +1,174 @@
+"""Numbers that were fitted to one encoder: their files, and who takes them."""
+
+import json
+import logging
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.episodes.run import encoder_of
+from benchmarks.harness.bench_plan import UNATTENDED
+from benchmarks.harness.fingerprint import key_of_settings
+from benchmarks.options import with_calibration
+from mapping import map_bundle
+from mapping.clip.evidence import fitted_weights
+from mapping.clip.fitted import calibration as files
+from mapping.clip.fitted.calibration import (
+    calibration_file,
+    encoder_hash,
+    keep_calibration,
+    kept_calibration,
+    read_calibration,
+)
+from mapping.clip.fitted.encoder import CalibratedEncoder, calibrated, calibration_of, weights_of
+from sim_stubs.faults.faulty_program import FaultyEncoder
+from tests.helpers.bundles import bundle_of
+from tests.helpers.calibrations import calibration_for
+from vizbot.core.errors import ConfigError
+from vizbot.objectnav.candidates import question_of
+from vizbot.objectnav.tasks import goal_of
+from vizbot.rig import calibration_line
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "share"))
+    return tmp_path / "share" / "vizbot" / "encoders"
+
+
+def test_what_is_kept_is_read_again(mean_colours, folder):
+    fitted = calibration_for(mean_colours)
+    assert kept_calibration(mean_colours) is None
+    file = keep_calibration(fitted)
+    assert file.parent == folder and read_calibration(file) == fitted
+    assert kept_calibration(mean_colours) == (fitted, file)
+    assert "| 10.0% | 12.5% | 40 |" in file.with_suffix(".md").read_text()
+
+
+def test_an_encoder_has_what_was_fitted_to_it(mean_colours):
+    assert calibrated(mean_colours) is mean_colours
+    assert weights_of(mean_colours) is fitted_weights()
+    fitted = calibration_for(mean_colours)
+    keep_calibration(fitted)
+    encoder = calibrated(mean_colours)
+    assert (encoder.threshold, encoder.log_odds) == (0.9, (50.0, -45.0))
+    assert (encoder.embed_texts(["red"]) == mean_colours.embed_texts(["red"])).all()
+    disturbed = FaultyEncoder(encoder, None)
+    for each in (encoder, disturbed):
+        goal = goal_of(each, "yellow chair")
+        question = question_of(goal)
+        assert (goal.threshold, question.log_odds) == (0.9, (50.0, -45.0))
+        assert question.weights.join[-1] == -1.0 != fitted_weights().join[-1]
+        assert calibration_of(each) == fitted
+
+
+@pytest.mark.parametrize("named", ["red-only", "mean-colours"])
+def test_another_encoder_has_none_of_it(mean_colours, named):
+    keep_calibration(calibration_for(mean_colours))
+    mean_colours.model_id = named
+    assert (calibrated(mean_colours) is mean_colours) == (named == "red-only")
+
+
+def test_a_line_says_what_the_belief_fits(mean_colours):
+    assert "not calibrated for this encoder; `vizbot calibrate encoder --clip mine`" in (
+        calibration_line(mean_colours, "mine")
+    )
+    file = keep_calibration(calibration_for(mean_colours))
+    line = calibration_line(calibrated(mean_colours), "mine")
+    assert line == f"mean-colours is calibrated for this encoder by {file}"
+    mean_colours.model_id = "embedded-0123"
+    assert calibration_line(mean_colours, "embedded") is None
+
+
+def test_a_file_that_cannot_be_used_is_refused_in_a_line(mean_colours, tmp_path):
+    file = tmp_path / "fitted.json"
+    with pytest.raises(ConfigError, match="No such file"):
+        read_calibration(file)
+    whole = calibration_for(mean_colours).content()
+    for content, words in (
+        (whole[: len(whole) // 2], "is torn"),
+        (b"\x00\xff", "is torn"),
+        (b"[]", "is no calibration"),
+        (json.dumps(json.loads(whole) | {"scale": 60.0}).encode(), "was changed by hand"),
+        (json.dumps(json.loads(whole) | {"views": 0}).encode(), "of list of views 0, not 1"),
+    ):
+        file.write_bytes(content)
+        with pytest.raises(ConfigError, match=words) as refused:
+            read_calibration(file)
+        assert len(str(refused.value).splitlines()) == 1 and str(file) in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "changes", [{"near": (0.0,) * 19}, {"scale": -1.0}, {"threshold": 1.5}, {"homes": "916"}]
+)
+def test_numbers_that_none_can_be_are_refused(mean_colours, tmp_path, changes):
+    raw = calibration_for(mean_colours).model_dump(mode="json") | changes
+    (tmp_path / "fitted.json").write_text(json.dumps(raw | {"sha256": files._checksum(raw)}))
+    with pytest.raises(ConfigError, match="is damaged"):
+        read_calibration(tmp_path / "fitted.json")
+
+
+def test_a_torn_file_in_the_folder_is_left_out_with_a_line(mean_colours, caplog):
+    file = keep_calibration(calibration_for(mean_colours))
+    file.write_bytes(file.read_bytes()[:100])
+    with caplog.at_level(logging.WARNING):
+        assert calibrated(mean_colours) is mean_colours
+    assert f"calibration {file} is torn" in caplog.text
+
+
+def test_the_file_that_settings_name_comes_before_the_folder(mean_colours, tmp_path):
+    keep_calibration(calibration_for(mean_colours))
+    file = tmp_path / "fitted.json"
+    file.write_bytes(calibration_for(mean_colours, threshold=0.8).content())
+    assert calibrated(mean_colours, file).threshold == 0.8
+    file.write_bytes(calibration_for(mean_colours, encoder_hash="0" * 64).content())
+    with pytest.raises(ConfigError, match="is for mean-colours \\(00000000\\), not for mean-col"):
+        calibrated(mean_colours, file)
+
+
+def test_nothing_is_hashed_where_nothing_is_kept(mean_colours, monkeypatch):
+    monkeypatch.setattr(files, "encoder_hash", lambda encoder: pytest.fail("it takes long"))
+    assert calibrated(mean_colours) is mean_colours
+
+
+def test_a_map_keeps_the_numbers_that_it_was_made_with(mean_colours, tmp_path):
+    fitted = calibration_for(mean_colours)
+    map_bundle.save(replace(bundle_of(), calibration=fitted), tmp_path / "home")
+    assert map_bundle.load(tmp_path / "home").calibration == fitted
+    map_bundle.save(bundle_of(), tmp_path / "other")
+    assert map_bundle.load(tmp_path / "other").calibration is None
+
+
+def test_a_bench_takes_what_its_options_name_and_nothing_that_a_user_has_fitted(tmp_path):
+    encoder = encoder_of(UNATTENDED)
+    assert not isinstance(encoder, CalibratedEncoder)
+    fitted = calibration_for(encoder)
+    keep_calibration(fitted)
+    assert kept_calibration(encoder) is not None
+    encoder_of.__globals__["_encoder"].cache_clear()
+    assert not isinstance(encoder_of(UNATTENDED), CalibratedEncoder)
+    file = tmp_path / "fitted.json"
+    file.write_bytes(fitted.content())
+    config = with_calibration(UNATTENDED, file)
+    assert encoder_of(config).log_odds == (50.0, -45.0)
+    encoder_of.__globals__["_encoder"].cache_clear()
+
+
+def test_the_key_of_a_result_has_the_numbers_and_not_where_they_are(mean_colours, tmp_path):
+    keys = []
+    for name, threshold in (("a", 0.9), ("b", 0.9), ("c", 0.8)):
+        file = tmp_path / name
+        file.write_bytes(calibration_for(mean_colours, threshold=threshold).content())
+        keys.append(key_of_settings(with_calibration(UNATTENDED, file)))
+    assert keys[0] == keys[1] != keys[2]
+    assert key_of_settings(UNATTENDED) not in keys
+    (tmp_path / "a").write_bytes(b"{")
+    with pytest.raises(ConfigError, match="is torn"):
+        with_calibration(UNATTENDED, tmp_path / "a")
+
+
+def test_equal_ids_have_equal_hashes(mean_colours):
+    assert encoder_hash(mean_colours) == encoder_hash(mean_colours)
+    assert calibration_file(encoder_hash(mean_colours)).name.endswith(".json")
+    assert np.array_equal(calibration_for(mean_colours).weights.near, fitted_weights().near)
