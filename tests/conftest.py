@@ -101,7 +101,7 @@ def certificates_are_read_once():
 
 @pytest.fixture(scope="session", autouse=True)
 def no_settings(tmp_path_factory):
-    """Commands would find a person's own settings and calibrations, and keep banks in their cache."""
+    """Commands would find a person's own settings and calibrations, and keep banks in a cache."""
     with pytest.MonkeyPatch.context() as patch:
         patch.delenv("VIZBOT_CONFIG", raising=False)
         patch.setenv("XDG_CONFIG_HOME", str(tmp_path_factory.mktemp("settings")))

@@ -20,6 +20,8 @@ if TYPE_CHECKING:  # its module loads torch
 CLEAR = 0.3
 """A patch shows a goal clearly where this share of the places that it shows are the goal's; with
 none it does not show it, and between the two it says nothing."""
+_LEAST_SLOPE = 0.05
+"""Log odds that a standard deviation of the cosines must be worth."""
 RIGHT, _LEAST_PAIRS = 0.9, 20
 """Share of the patches above the threshold that show the goal, of at least so many."""
 
@@ -42,7 +44,7 @@ def fit_cosines(
     inputs = np.stack([(cosines - mean) / spread, np.ones_like(cosines)], axis=1)
     slope, level = logistic(inputs, outcomes, weights).tolist()
     scale, bias = slope / spread, level - slope * mean / spread
-    if not slope > 0.0:
+    if not slope > _LEAST_SLOPE:
         raise ConfigError(
             f"{encoder.model_id} does not tell what its pictures show: nothing can be fitted to"
             " it, and nothing was written; take another encoder"
