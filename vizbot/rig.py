@@ -209,7 +209,11 @@ def open_map_encoder(bundle: MapBundle, config: Config, clip: str | None = None)
         MapError: the map names a class and no person does, or another encoder made the map.
     """
     from mapping import map_bundle
-    from mapping.clip.fitted.encoder import CalibratedEncoder, CalibratedTexts, calibration_for
+    from mapping.clip.fitted.encoder import (
+        CalibratedEncoder,
+        CalibratedTexts,
+        calibration_to_ask_with,
+    )
 
     if clip is None:
         map_bundle.require_no_class(bundle)
@@ -220,11 +224,11 @@ def open_map_encoder(bundle: MapBundle, config: Config, clip: str | None = None)
     if len(bundle.pictures):
         texts = open_text_encoder(*named)
         map_bundle.require_encoder(bundle, texts)
-        found = calibration_for(texts, file, bundle.calibration)
+        found = calibration_to_ask_with(texts, file, bundle.calibration)
         return texts if found is None else CalibratedTexts(texts, *found)
     encoder = open_encoder(*named)  # the map has no bank: it embeds the pictures
     map_bundle.require_encoder(bundle, encoder)
-    found = calibration_for(encoder, file, bundle.calibration)
+    found = calibration_to_ask_with(encoder, file, bundle.calibration)
     return encoder if found is None else CalibratedEncoder(encoder, *found)
 
 

@@ -21,7 +21,13 @@ from mapping.clip.fitted.calibration import (
     kept_calibration,
     read_calibration,
 )
-from mapping.clip.fitted.encoder import CalibratedEncoder, calibrated, calibration_of, weights_of
+from mapping.clip.fitted.encoder import (
+    CalibratedEncoder,
+    calibrated,
+    calibration_of,
+    calibration_to_ask_with,
+    weights_of,
+)
 from sim_stubs.faults.faulty_program import FaultyEncoder
 from tests.helpers.bundles import bundle_of
 from tests.helpers.calibrations import calibration_for
@@ -61,6 +67,22 @@ def test_an_encoder_has_what_was_fitted_to_it(mean_colours):
         assert (goal.threshold, question.log_odds) == (0.9, (50.0, -45.0))
         assert question.weights.join[-1] == -1.0 != fitted_weights().join[-1]
         assert calibration_of(each) == fitted
+
+
+def test_a_map_is_asked_with_its_own_numbers_where_there_are_no_others(mean_colours, tmp_path):
+    of_map = calibration_for(mean_colours, threshold=0.7)
+    assert calibration_to_ask_with(mean_colours, None, None) is None
+    assert calibration_to_ask_with(mean_colours, None, of_map) == (of_map, "the map")
+    of_another = calibration_for(mean_colours, encoder_hash="0" * 64)
+    assert calibration_to_ask_with(mean_colours, None, of_another) is None
+    file = tmp_path / "of_another.json"  # of the robot's encoder, which is not that of this map
+    file.write_bytes(of_another.content())
+    assert calibration_to_ask_with(mean_colours, file, of_map) == (of_map, "the map")
+    kept = calibration_for(mean_colours)
+    where = str(keep_calibration(kept))
+    assert calibration_to_ask_with(mean_colours, file, of_map) == (kept, where)
+    file.write_bytes(of_map.content())
+    assert calibration_to_ask_with(mean_colours, file, None) == (of_map, str(file))
 
 
 @pytest.mark.parametrize("named", ["red-only", "mean-colours"])

@@ -10,7 +10,7 @@ import hashlib
 import json
 import logging
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError
@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # its module loads torch
 
 log = logging.getLogger(__name__)
 
-FORMAT = "vizbot encoder calibration"
+FORMAT: Final = "vizbot encoder calibration"
 LIST_OF_VIEWS = 1
 """Number of the list of views that numbers are fitted to (`vizbot.rehearsal.belief_fit`): it rises
 whenever their homes, places or pictures change, and older files are refused then."""

@@ -104,37 +104,43 @@ def weights_of(encoder: TextEncoder) -> Weights:
     return fitted_weights() if fitted is None else fitted.weights
 
 
-def calibration_for(
-    encoder: TextEncoder, file: Path | None, of_map: EncoderCalibration | None = None
-) -> tuple[EncoderCalibration, str] | None:
-    """The numbers that were fitted to an encoder, and where they were found, in words.
-
-    None where there are none.
+def calibrated(encoder: ClipEncoder, file: Path | None = None) -> ClipEncoder:
+    """The encoder with the numbers that were fitted to it; itself where there are none.
 
     Args:
         encoder: Has none yet.
-        file: A file that the settings name, which comes before this user's folder; None for none.
-        of_map: Of the map that is asked, for where there is neither.
+        file: A file that somebody names; None for the one in this user's folder.
 
     Raises:
-        ConfigError: the file that the settings name cannot be used, or is for another encoder.
+        ConfigError: the file that is named cannot be used, or is for another encoder.
+    """
+    if file is None:
+        kept = kept_calibration(encoder)
+        return encoder if kept is None else CalibratedEncoder(encoder, kept[0], str(kept[1]))
+    found = read_calibration(file)
+    require_same_encoder(found, encoder_hash(encoder), encoder.model_id, file)
+    return CalibratedEncoder(encoder, found, str(file))
+
+
+def calibration_to_ask_with(
+    encoder: TextEncoder, file: Path | None, of_map: EncoderCalibration | None
+) -> tuple[EncoderCalibration, str] | None:
+    """The numbers that a map is asked with, and where they were found, in words; None without any.
+
+    Args:
+        encoder: Of the map, which may be another one than the settings name.
+        file: A file that the settings name, which counts if it is for this encoder; None for none.
+        of_map: Numbers that the map was made with, for where this user has none.
+
+    Raises:
+        ConfigError: the file cannot be used.
     """
     if file is not None:
-        found = read_calibration(file)
-        require_same_encoder(found, encoder_hash(encoder), encoder.model_id, file)
-        return found, str(file)
-    kept = kept_calibration(encoder)
-    if kept is not None:
+        named = read_calibration(file)
+        if named.encoder_hash == encoder_hash(encoder):
+            return named, str(file)
+    if (kept := kept_calibration(encoder)) is not None:
         return kept[0], str(kept[1])
     if of_map is not None and of_map.encoder_hash == encoder_hash(encoder):
         return of_map, "the map"
     return None
-
-
-def calibrated(encoder: ClipEncoder, file: Path | None = None) -> ClipEncoder:
-    """The encoder with the numbers that were fitted to it; itself where there are none.
-
-    Arguments and errors are those of `calibration_for`.
-    """
-    found = calibration_for(encoder, file)
-    return encoder if found is None else CalibratedEncoder(encoder, *found)
