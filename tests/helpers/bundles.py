@@ -1,4 +1,4 @@
-"""Maps made up to be saved."""
+"""Maps, and calibrations of encoders, made up to be saved."""
 
 import os
 from dataclasses import fields
@@ -7,6 +7,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mapping import map_bundle
+from mapping.clip.evidence import fitted_weights
+from mapping.clip.fitted.calibration import (
+    LIST_OF_VIEWS,
+    EncoderCalibration,
+    ReliabilityBin,
+    encoder_hash,
+)
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.place_rows import PlaceRows
 from mapping.keyframes.anchors import Keyframes, KeyframeViews
@@ -191,3 +198,23 @@ NO_MAP = {
     too_little_memory: "MemoryError",
 }
 """What keeps a map from being saved: each cause as a patch, with words of what is said of it."""
+
+
+def calibration_for(encoder, **changes):
+    """One for an encoder, with the weights that come along but for the last of `join`."""
+    weights = fitted_weights()
+    content = {
+        "model_id": encoder.model_id,
+        "encoder_hash": encoder_hash(encoder),
+        "views": LIST_OF_VIEWS,
+        "homes": ("916", "Studio"),
+        "scale": 50.0,
+        "bias": -45.0,
+        "threshold": 0.9,
+        "near": tuple(weights.near.tolist()),
+        "far": tuple(weights.far.tolist()),
+        "join": (*weights.join[:-1].tolist(), -1.0),
+        "reliability": (ReliabilityBin(believed=0.1, true=0.125, places=40),),
+        "calibration_error": 0.025,
+    }
+    return EncoderCalibration.model_validate(content | changes)

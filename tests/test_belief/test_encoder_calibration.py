@@ -29,8 +29,7 @@ from mapping.clip.fitted.encoder import (
     weights_of,
 )
 from sim_stubs.faults.faulty_program import FaultyEncoder
-from tests.helpers.bundles import bundle_of
-from tests.helpers.calibrations import calibration_for
+from tests.helpers.bundles import bundle_of, calibration_for
 from vizbot.core.errors import ConfigError
 from vizbot.objectnav.candidates import question_of
 from vizbot.objectnav.tasks import goal_of

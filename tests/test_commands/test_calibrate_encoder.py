@@ -4,7 +4,7 @@ import pytest
 
 from mapping.clip.fitted.calibration import calibration_file, encoder_hash, read_calibration
 from mapping.clip.fitted.encoder import CalibratedEncoder, calibrated
-from tests.helpers.calibrations import calibration_for
+from tests.helpers.bundles import calibration_for
 from vizbot.commands import calibrate_encoder
 from vizbot.core.errors import DeviceError
 from vizbot.rehearsal.belief_fit import calibration, view_list
