@@ -147,7 +147,7 @@ def require_encoder(name: str, device: str = "cpu") -> None:
 
 def _require_compute_device(device: str) -> None:
     if device not in ("cpu", "auto"):  # PyTorch, which knows, takes seconds to load
-        from mapping.clip.encoder import compute_device
+        from mapping.clip.compute_device import compute_device
 
         compute_device(device)
 

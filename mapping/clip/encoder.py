@@ -23,8 +23,9 @@ from transformers.utils import logging as transformers_logging
 from mapping.clip.checkpoint.checkpoint import ClipCheckpoint, find_checkpoint
 from mapping.clip.checkpoint.self_test import fault_in_use
 from mapping.clip.checkpoint.tensors import lacks_memory, read_tensors, reason_of
+from mapping.clip.compute_device import compute_device
 from mapping.clip.reading import Reading
-from vizbot.core.errors import ConfigError, DeviceError
+from vizbot.core.errors import DeviceError
 
 log = logging.getLogger(__name__)
 
@@ -68,7 +69,11 @@ class TextEncoder(Protocol):
         ...
 
     def reading(self, text: str) -> Reading:
-        """How the encoder understands a user's text; unchanged where it knows open words."""
+        """How the encoder understands a user's text; unchanged where it knows open words.
+
+        Raises:
+            ConfigError: it knows names alone, and has none for this text.
+        """
         ...
 
 
@@ -338,23 +343,6 @@ def _unit(features: torch.Tensor) -> NDArray[np.float32]:
             "the CLIP model computes what is no number: its weights are damaged; fetch them again"
         )
     return np.asarray(unit, np.float32)
-
-
-def compute_device(name: str) -> torch.device:
-    """The device of PyTorch that a setting names; `auto` is CUDA where there is a device.
-
-    Raises:
-        ConfigError: there is no such device.
-    """
-    if name == "auto":
-        return torch.device("cuda" if torch.cuda.is_available() else "cpu")
-    try:
-        device = torch.device(name)
-    except RuntimeError as error:
-        raise ConfigError(f"no device {name!r} for CLIP; give cpu, cuda or auto") from error
-    if device.type == "cuda" and (device.index or 0) >= torch.cuda.device_count():
-        raise ConfigError(f"no device {name!r} for CLIP on this machine; give cpu or auto")
-    return device
 
 
 @contextmanager

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import cv2
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from safetensors.torch import load as load_tensors
 from tokenizers import Tokenizer
 
+from mapping.clip.efficientnet import middle_squares
 from mapping.clip.embedded.model_files import WEIGHTS, EmbeddedFiles, damaged_files, read_files
 from mapping.clip.embedded.text_encoder import DIMENSION, NOTICE, token_ids
 from mapping.clip.embedded.towers import INPUT_SIZE, Clip
@@ -106,15 +106,7 @@ def open_embedded_clip(files: EmbeddedFiles) -> EmbeddedClip:
 
 def to_pixels(images: Sequence[NDArray[np.uint8]]) -> NDArray[np.uint8]:
     """The middle squares (N, 96, 96, 3) of RGB images (h, w, 3)."""
-    pixels = np.empty((len(images), INPUT_SIZE, INPUT_SIZE, 3), np.uint8)
-    for square, image in zip(pixels, images, strict=True):
-        height, width = image.shape[:2]
-        edge = min(height, width)
-        top, left = (height - edge) // 2, (width - edge) // 2
-        middle = image[top : top + edge, left : left + edge]
-        finer = cv2.INTER_AREA if edge > INPUT_SIZE else cv2.INTER_LINEAR
-        cv2.resize(middle, (INPUT_SIZE, INPUT_SIZE), dst=square, interpolation=finer)
-    return pixels
+    return middle_squares(images, INPUT_SIZE)
 
 
 def to_values(pixels: torch.Tensor) -> torch.Tensor:

@@ -47,7 +47,7 @@ def looked_up(noun: str) -> tuple[str, str] | None:
 
     The relation is a line like "loveseat: a kind of sofa".
     """
-    entry = next((table()[form] for form in _singulars(noun) if form in table()), None)
+    entry = next((table()[form] for form in singulars(noun) if form in table()), None)
     if entry is None:
         return None
     name, steps = entry
@@ -113,7 +113,7 @@ def _name_at(
     """Words of the longest name at the beginning, whether it is a class, and its entry if not."""
     for count in range(len(words), 0, -1):
         name = " ".join(words[:count])
-        if any(class_of(form) for form in _singulars(name)):
+        if any(class_of(form) for form in singulars(name)):
             return count, True, None
         # "red carpet" is a carpet that is red; "can" in "can you see it" is no toilet.
         plain = words[0] not in COLOURS and not (count == 1 and _is_trained(name, trained))
@@ -147,7 +147,7 @@ def _unknown_noun(parts: Sequence[_Part]) -> str:
     return ""
 
 
-def _singulars(noun: str) -> tuple[str, ...]:
+def singulars(noun: str) -> tuple[str, ...]:
     """A noun as it is, and what it may be the plural of."""
     endings = (("ies", "y"), ("ves", "f"), ("es", ""), ("s", ""))
     return (noun, *(noun[: -len(end)] + new for end, new in endings if noun.endswith(end)))
