@@ -130,7 +130,11 @@ class Pipeline:
         return None if snapshot is None else snapshot.bundle()
 
     def goal(self, text: str) -> Goal:
-        """The goal for these words, with the encoder's or the configured threshold."""
+        """The goal for these words, with the encoder's or the configured threshold.
+
+        Raises:
+            ConfigError: the encoder has no name for them.
+        """
         return goal_of(self._encoder, text, self.config.objectnav.threshold)
 
     def question(self, goal: Goal) -> Query:

@@ -175,7 +175,13 @@ def _answer(
     config: Config,
 ) -> MarkedAnswer:
     """The map's answer to a question about places `marked` in `map`."""
-    goal = goal_of(encoder, question.text)
+    exists = len(marked.points) > 0
+    by_chance = round(float(marked.on_plan(_seen_places(bundle)).mean()), 4)
+    try:
+        goal = goal_of(encoder, question.text)
+    except ConfigError:  # it has no name for that
+        least = config.objectnav.answer_probability
+        return MarkedAnswer(question.text, exists, None, least, None, None, by_chance)
     answer = find_places(bundle, goal, config.objectnav)
     distance, radius, score = None, None, None
     if answer.places:
@@ -183,11 +189,7 @@ def _answer(
         score = round(best.score, 4)
         if (found := marked.nearest(np.array(best.position))) is not None:
             distance, radius = (round(each, 2) for each in found)
-    by_chance = float(marked.on_plan(_seen_places(bundle)).mean())
-    exists = len(marked.points) > 0
-    return MarkedAnswer(
-        question.text, exists, score, answer.threshold, distance, radius, round(by_chance, 4)
-    )
+    return MarkedAnswer(question.text, exists, score, answer.threshold, distance, radius, by_chance)
 
 
 def _seen_places(bundle: MapBundle) -> NDArray[np.float64]:

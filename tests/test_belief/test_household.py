@@ -10,6 +10,7 @@ from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import Query
 from tests.helpers.bundles import bundle_of
 from vizbot.config import Config
+from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import ROOMS
 from vizbot.operator.session.household import HouseholdBeliefs
 from vizbot.operator.session.vocabulary import HOUSEHOLD
@@ -68,3 +69,21 @@ def test_what_is_believed_of_a_word_is_what_the_whole_map_gives():
         )
         np.testing.assert_array_equal(believed[word].low, whole.low)
         np.testing.assert_allclose(believed[word].probabilities, whole.probabilities, atol=1e-6)
+
+
+class RobotOfNames(Robot):
+    """Its encoder has no name for some words."""
+
+    def goal(self, text):
+        if text in ("window", "study"):
+            raise ConfigError(f"no name for {text!r}")
+        return text
+
+
+def test_words_that_the_encoder_has_no_name_for_are_left_out():
+    household, robot, bundle = HouseholdBeliefs(), RobotOfNames(), bundle_of(7, frames=9)
+    for _ in range(2):
+        believed = household.believed(("sofa", "window", "study"), bundle, 0, robot)
+        assert set(believed) == {"sofa"}
+    assert household.believed(("window",), bundle, 0, robot) == {}
+    assert not {"window", "study"} & set(household.in_view(bundle, 0, robot))

@@ -36,6 +36,7 @@ from vizbot.rig import open_encoder, opened_devices
 
 if TYPE_CHECKING:
     from mapping.clip.encoder import ClipEncoder  # its module loads torch
+    from mapping.clip.reading import Reading
     from vizbot.commands.serve import ServedRun  # its module loads the console's server
     from vizbot.perception.interfaces import PerceptionParts
     from vizbot.rehearsal.plan_process import PlanProcess
@@ -158,7 +159,7 @@ def open_run(
             encoder = rehearsal.disturbed(encoder)
             observers[1], *killer = rehearsal.on_faulty_disk(report)
             observers += killer
-        served = _shared(own, recorder, report, plan.map_folder) if serve else None
+        served = _shared(own, recorder, report, plan.map_folder, encoder.reading) if serve else None
         shared_base = None if served is None else served.base
         if plan.rerun:
             observers.append(opened.enter_context(open_viewer(recorder.folder, shared_base)))
@@ -206,8 +207,12 @@ def _open_devices(
 
 
 def _shared(
-    devices: Devices, recorder: Recorder, report: Report, begun_in: Path | None
+    devices: Devices,
+    recorder: Recorder,
+    report: Report,
+    begun_in: Path | None,
+    reading: Callable[[str], Reading],
 ) -> ServedRun:
     from vizbot.commands.serve import ServedRun
 
-    return ServedRun.share(devices, recorder, report, begun_in)
+    return ServedRun.share(devices, recorder, report, begun_in, reading)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.reading import Reading
 from vizbot.config import ObjectNavConfig
 from vizbot.core.interfaces import Devices
 from vizbot.core.observer import Candidate, GoalReport
@@ -109,9 +110,16 @@ class ServedRun:
 
     @staticmethod
     def share(
-        devices: Devices, recorder: Recorder, report: Report, begun_in: Path | None
+        devices: Devices,
+        recorder: Recorder,
+        report: Report,
+        begun_in: Path | None,
+        reading: Callable[[str], Reading],
     ) -> ServedRun:
-        """Share devices; the recorder keeps what the base is sent."""
+        """Share devices; the recorder keeps what the base is sent.
+
+        `reading` is the encoder's: a goal that it has no name for is refused.
+        """
         lease, stopped = DriveLease(time.monotonic), threading.Event()
         base: TwistMux | None = None
         if devices.base is not None:
@@ -119,7 +127,7 @@ class ServedRun:
             base.on_drive = recorder.keep_commands(devices.clock)
             devices = replace(devices, base=base)
         robot = RobotOfRun(base, recorder, report, begun_in, lease, stopped)
-        return ServedRun(OperatorSession(robot), devices, base)
+        return ServedRun(OperatorSession(robot, reading=reading), devices, base)
 
     def serve(
         self,

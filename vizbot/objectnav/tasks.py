@@ -65,7 +65,11 @@ class Goal:
 
 
 def goal_of(encoder: TextEncoder, text: str, threshold: float | None = None) -> Goal:
-    """The goal for words, as the encoder knows them; `threshold` None is the encoder's."""
+    """The goal for words, as the encoder knows them; `threshold` None is the encoder's.
+
+    Raises:
+        ConfigError: the encoder has no name for them.
+    """
     reading = encoder.reading(text)
     embedding, *rivals = encoder.embed_texts([reading.text, *other_rooms(reading.text)])
     least = encoder.threshold if threshold is None else threshold

@@ -13,6 +13,7 @@ from mapping.clip.belief import Belief, PlaceBelief, against_rivals
 from mapping.clip.place_rows import PlacedRows, PlaceMap
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
+from vizbot.core.errors import ConfigError
 from vizbot.operator.session.vocabulary import HOUSEHOLD
 from vizbot.pipeline import Pipeline
 
@@ -27,7 +28,7 @@ class HouseholdBeliefs:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._map = -1
-        self._questions: dict[str, Query] = {}
+        self._questions: dict[str, Query | None] = {}
         self._beliefs: dict[tuple[bytes, bool], Belief] = {}
         self._places: NDArray[np.int64] = np.zeros((0, 2), np.int64)
         self._moved = 0
@@ -62,14 +63,17 @@ class HouseholdBeliefs:
     def believed(
         self, words: Sequence[str], bundle: MapBundle, number: int, pipeline: Pipeline
     ) -> dict[str, PlaceBelief]:
-        """What is believed for each word, all of the same places; arguments as for `found`."""
+        """What is believed for each word, all of the same places; arguments as for `found`.
+
+        A word that the encoder has no name for is left out.
+        """
         with self._lock:
             return dict(self._updated(words, bundle, number, pipeline))
 
     def _updated(
         self, words: Sequence[str], bundle: MapBundle, number: int, pipeline: Pipeline
     ) -> Iterator[tuple[str, PlaceBelief]]:
-        """Each word with what is believed of it now."""
+        """Each word that the encoder has a name for, with what is believed of it now."""
         placed = PlaceMap(bundle.places).placed(bundle.keyframes.poses())
         places, known = placed.places, len(self._places)
         if number != self._map or len(places) < known:
@@ -89,8 +93,10 @@ class HouseholdBeliefs:
 
         for text in sorted(words):
             if text not in self._questions:
-                self._questions[text] = pipeline.question(pipeline.goal(text))
+                self._questions[text] = _question(text, pipeline)
             asked = self._questions[text]
+            if asked is None:
+                continue
             if len(asked.rivals) == 0:
                 yield text, self._follow(asked, bundle, placed, room=False)
             else:
@@ -108,3 +114,11 @@ class HouseholdBeliefs:
         return belief.update(
             bundle.elements.embeddings, bundle.statistics, bundle.pictures, bundle.places, placed
         )
+
+
+def _question(text: str, pipeline: Pipeline) -> Query | None:
+    """The question for a word; None where the encoder has no name for it."""
+    try:
+        return pipeline.question(pipeline.goal(text))
+    except ConfigError:
+        return None

@@ -79,6 +79,8 @@ def room_areas(beliefs: dict[str, PlaceBelief], least: float) -> list[RoomArea]:
     `beliefs` are of the same places; the probability of a place has to exceed `least`.
     """
     names = list(beliefs)
+    if not names:
+        return []
     probabilities = np.stack([beliefs[name].probabilities for name in names])
     if probabilities.size == 0:
         return []

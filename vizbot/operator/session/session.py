@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.reading import Reading
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import Candidate, GoalReport, OpenQuestion, Outcome, Step
 from vizbot.operator.figures.steps import StepRate, Track
@@ -50,10 +51,19 @@ class OperatorSession:
     """
 
     def __init__(
-        self, robot: SharedRobot | None = None, now: Callable[[], float] = time.monotonic
+        self,
+        robot: SharedRobot | None = None,
+        now: Callable[[], float] = time.monotonic,
+        reading: Callable[[str], Reading] = Reading,
     ) -> None:
-        """Create it without tasks; `robot` None has no base and keeps nothing."""
-        self._now = now
+        """Create it without tasks.
+
+        Args:
+            robot: None has no base and keeps nothing.
+            now: Time [s].
+            reading: How the encoder understands a goal, as `TextEncoder.reading`.
+        """
+        self._now, self._reading = now, reading
         self._lock = threading.Lock()
         self._orders = threading.RLock()
         self._goes_on = False
@@ -83,11 +93,14 @@ class OperatorSession:
         asked, if that was a while ago.
 
         Raises:
-            ConfigError: a goal is too long, too many wait, or the robot was stopped since.
+            ConfigError: a goal is too long, the encoder has no name for it, too many wait, or the
+                robot was stopped since.
         """
         for request in requests:
             if isinstance(request, str) and len(request) > _LONGEST_REQUEST:
                 raise ConfigError(f"a goal has at most {_LONGEST_REQUEST} letters; say it shorter")
+            if isinstance(request, str):
+                self._reading(request)  # refuses what the encoder has no name for
         requests = [
             printable(request, _LONGEST_REQUEST) if isinstance(request, str) else request
             for request in requests
