@@ -21,6 +21,7 @@ import numpy as np
 import typer
 from numpy.typing import NDArray
 from rich.console import Console
+from scipy.stats import rankdata
 
 from mapping.clip.embedded.encoder import load_embedded_clip
 from mapping.clip.embedded.model_files import WEIGHTS
@@ -232,6 +233,16 @@ def zero_shot(
         overall = float(right[chosen].mean())
         result.append(Accuracy(scale, int(chosen.sum()), overall, by_class))
     return result
+
+
+def area_under_curve(with_it: NDArray[np.float32], without: NDArray[np.float32]) -> float:
+    """Probability that one of `with_it` (N,) is above one of `without` (M,); a tie counts half.
+
+    It is the area under the receiver operating characteristic (Mann and Whitney 1947).
+    """
+    ranks = rankdata(np.concatenate([with_it, without]))[: len(with_it)]
+    wins = ranks.sum() - len(with_it) * (len(with_it) + 1) / 2
+    return float(wins / (len(with_it) * len(without)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,7 @@ synonyms only, since a rare sense of a common word is seldom meant.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
@@ -68,26 +68,33 @@ class WordNet:
     Attributes:
         senses: Synsets of each noun, the most common first.
         hypernyms: Synsets above each synset.
+        words: The first word of each synset.
+        counted: Nouns that occur in the texts whose senses were counted.
     """
 
     senses: Mapping[str, tuple[int, ...]]
     hypernyms: Mapping[int, tuple[int, ...]]
+    words: Mapping[int, str] = field(default_factory=dict)
+    counted: frozenset[str] = frozenset()
 
     @staticmethod
     def read(folder: Path) -> WordNet:
         """Read `index.noun` and `data.noun`."""
-        senses, hypernyms = {}, {}
+        senses, hypernyms, words, counted = {}, {}, {}, set()
         for line in _lines(folder / "index.noun"):
             fields = line.split()
             senses[fields[0]] = tuple(int(offset) for offset in fields[-int(fields[2]) :])
+            if int(fields[-int(fields[2]) - 1]):
+                counted.add(fields[0])
         for line in _lines(folder / "data.noun"):
             fields = line.split(" | ")[0].split()
+            words[int(fields[0])] = fields[4]
             pointers = fields[4 + 2 * int(fields[3], 16) :]
             hypernyms[int(fields[0])] = tuple(
                 int(offset) for mark, offset in pairwise(pointers)
                 if mark == "@"
             )  # fmt: skip
-        return WordNet(senses, hypernyms)
+        return WordNet(senses, hypernyms, words, frozenset(counted))
 
     def synset(self, sense: str) -> int:
         """The synset of a sense, as "sofa.1"."""

@@ -146,7 +146,8 @@ class Config(Settings):
     """All settings; the defaults describe the robot of the README."""
 
     clip: str = Field(default="embedded", json_schema_extra=BASIC)
-    """The encoder is `embedded`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or MODULE:CLASS."""
+    """The encoder is `embedded`, `photos`, `ViT-B/32`, `ViT-L/14`, a hub name, a folder, or
+    MODULE:CLASS."""
     device: str = Field(default="cpu", json_schema_extra=BASIC)
     """The encoder runs on this device: `cpu`, `cuda` (`cuda:1` for a second one) or `auto`."""
     half: bool = Field(default=False, json_schema_extra=BASIC)

@@ -23,7 +23,13 @@ from vizbot.config import Config
 from vizbot.core.errors import ConfigError, DeviceError
 from vizbot.core.interfaces import Clock
 from vizbot.core.types import BaseState, Charging
-from vizbot.rig import FETCHED_EASILY, is_rehearsal_encoder, open_encoder, require_encoder
+from vizbot.rig import (
+    FETCHED_EASILY,
+    PHOTOS_FETCHED,
+    is_rehearsal_encoder,
+    open_encoder,
+    require_encoder,
+)
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
@@ -282,7 +288,7 @@ def _of_rehearsals(
 
     took = _frame_time(untrained_images(config.device, config.half), config, clock, trial)
     found = f"{encoder.model_id} is the rehearsal encoder, which knows simulated homes alone"
-    remedy = f"{FETCHED_EASILY} ({took} on {config.device} here; docs/robot.md compares encoders)"
+    remedy = f"{FETCHED_EASILY} ({took} on {config.device} here), or {PHOTOS_FETCHED}"
     if rehearsal:
         return Finding("CLIP", Grade.POOR, found, remedy)
     remedy = f"{remedy}, or rehearse with --clip embedded"

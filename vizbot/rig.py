@@ -10,13 +10,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mapping.clip.checkpoint.checkpoint import SHORT_NAMES, find_checkpoint
 from mapping.clip.own_encoder import is_class_name, open_class, require_module
+from mapping.clip.photos.weights import FETCH, require_weights
 from vizbot.config import Config
 from vizbot.core.clock import WallClock
 from vizbot.core.errors import ConfigError, DeviceError
@@ -31,7 +32,9 @@ if TYPE_CHECKING:  # the encoder protocol's module loads torch
     from mapping.map_bundle import MapBundle
 
 FETCHED_EASILY = f"`hf download {SHORT_NAMES['ViT-B/32']}`, then --clip ViT-B/32"
-"""How a person gets the smallest encoder of real pictures."""
+"""How a person gets the smallest encoder of real pictures that knows open words."""
+PHOTOS_FETCHED = f"`{FETCH}`, then --clip photos (24 MB: a thousand names, no sentences)"
+"""How a person gets the smallest of all."""
 
 
 @contextmanager
@@ -128,6 +131,11 @@ def is_rehearsal_encoder(name: str) -> bool:
     return name == "embedded" or name.startswith("embedded-")
 
 
+def is_photo_encoder(name: str) -> bool:
+    """Whether `--clip` names the encoder of real pictures that knows a thousand names."""
+    return name == "photos" or name.startswith("photos-")
+
+
 def require_encoder(name: str, device: str = "cpu") -> None:
     """Refuse an encoder that is not on this machine, before anything of its size is loaded.
 
@@ -138,11 +146,27 @@ def require_encoder(name: str, device: str = "cpu") -> None:
     """
     if is_rehearsal_encoder(name):
         _embedded_files(name)
+    elif is_photo_encoder(name):
+        _require_photos(name)
+        require_weights()
     elif is_class_name(name):
         require_module(name)
     else:
         find_checkpoint(name)
     _require_compute_device(device)
+
+
+def require_names(name: str, goals: Sequence[str]) -> None:
+    """Refuse goals that an encoder of names alone has none for, before anything is loaded.
+
+    Raises:
+        ConfigError: a goal has no name.
+    """
+    if is_photo_encoder(name):
+        from mapping.clip.photos.names import read_name
+
+        for goal in goals:
+            read_name(goal)
 
 
 def _require_compute_device(device: str) -> None:
@@ -153,9 +177,9 @@ def _require_compute_device(device: str) -> None:
 
 
 def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
-    """The encoder that `--clip` names: `embedded`, a short or hub name, a folder or a class.
+    """The encoder that `--clip` names: `embedded`, `photos`, a CLIP's name, a folder or a class.
 
-    `device` and `half` (16-bit floating point) are for the models that run on PyTorch; a device
+    `device` and `half` (16-bit floating point) are for CLIP, and `device` for `photos`; a device
     that is not there is refused for every one. A class is code that runs: for the name that a map
     has, which anybody may have written, there is `open_map_encoder`.
 
@@ -168,6 +192,11 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
         from mapping.clip.embedded.encoder import open_embedded_clip
 
         return open_embedded_clip(_embedded_files(name))
+    if is_photo_encoder(name):
+        from mapping.clip.photos.encoder import open_photo_classes
+
+        _require_photos(name)
+        return open_photo_classes(device)
     if is_class_name(name):
         return open_class(name)
     from mapping.clip.encoder import load_clip
@@ -176,11 +205,17 @@ def open_encoder(name: str, device: str, half: bool = False) -> ClipEncoder:
 
 
 def open_text_encoder(name: str, device: str, half: bool = False) -> TextEncoder:
-    """The same encoder, to ask a saved map with; the embedded one takes no PyTorch then.
+    """The same encoder, to ask a saved map with; `embedded` and `photos` take no PyTorch then.
 
     Raises:
         ConfigError: there are no weights for it here, or no such device.
     """
+    if is_photo_encoder(name):
+        from mapping.clip.photos.text_encoder import PhotoTexts
+
+        _require_photos(name)
+        _require_compute_device(device)
+        return PhotoTexts()
     if not is_rehearsal_encoder(name):
         return open_encoder(name, device, half)
     from mapping.clip.embedded.text_encoder import EmbeddedTexts
@@ -260,6 +295,13 @@ def _embedded_files(name: str) -> EmbeddedFiles:
     if name not in ("embedded", files.model_id):
         raise ConfigError(f"this vizbot has {files.model_id}, not {name!r}: build the map again")
     return files
+
+
+def _require_photos(name: str) -> None:
+    from mapping.clip.photos.text_encoder import model_id
+
+    if name not in ("photos", model_id()):
+        raise ConfigError(f"this vizbot has {model_id()}, not {name!r}: build the map again")
 
 
 def _open_recording(

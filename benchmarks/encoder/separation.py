@@ -9,10 +9,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from benchmarks.harness.scores import expected_calibration_error
-from training.evaluation import CLEARLY, ENOUGH
+from training.evaluation import CLEARLY, ENOUGH, area_under_curve
 from vizbot.core.files import write_whole
 
 FALSE_SHARE = 0.01
@@ -110,16 +109,6 @@ def separations(
                 float((with_it > threshold).mean()),
             )
     return found
-
-
-def area_under_curve(with_it: NDArray[np.float32], without: NDArray[np.float32]) -> float:
-    """Probability that one of `with_it` (N,) is above one of `without` (M,); a tie counts half.
-
-    It is the area under the receiver operating characteristic (Mann and Whitney 1947).
-    """
-    ranks = rankdata(np.concatenate([with_it, without]))[: len(with_it)]
-    wins = ranks.sum() - len(with_it) * (len(with_it) + 1) / 2
-    return float(wins / (len(with_it) * len(without)))
 
 
 def reliability(asked: AskedPatches, log_odds: tuple[float, float]) -> float | None:

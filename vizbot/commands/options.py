@@ -28,8 +28,9 @@ ClipOption = Annotated[
     str | None,
     typer.Option(
         "--clip",
-        help="Use this encoder: embedded (rehearsal model, trained on simulated homes), ViT-B/32,"
-        " ViT-L/14, a hub name, a folder, or MODULE:CLASS for an encoder of your own.",
+        help="Use this encoder: embedded (rehearsal model, trained on simulated homes), photos (a"
+        " thousand names of things in real pictures), ViT-B/32, ViT-L/14, a hub name, a folder, or"
+        " MODULE:CLASS for an encoder of your own.",
     ),
 ]
 MethodOption = Annotated[

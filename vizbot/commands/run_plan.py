@@ -20,10 +20,12 @@ from vizbot.operator.viewer.open_viewer import require_rerun
 from vizbot.recorder import default_folder, require_run_folder
 from vizbot.rig import (
     FETCHED_EASILY,
+    PHOTOS_FETCHED,
     is_rehearsal_encoder,
     require_devices,
     require_encoder,
     require_mix,
+    require_names,
 )
 
 if TYPE_CHECKING:  # loads what a run without a saved map begins without
@@ -120,6 +122,7 @@ def plan_dry_run(options: DryRunOptions) -> DryRunPlan:
     _refuse_service_of_nobody(options)
     devices = _device_choice(goals, options)
     run = plan_run(options.run)
+    require_names(run.config.clip, goals)
     if devices.rehearsal is not None:
         run = replace(run, config=with_rehearsal(run.config))
     require_devices(run.config, devices.camera, devices.base)
@@ -165,8 +168,8 @@ def _require_encoder_of_pictures(clip: str, typed: str | None) -> None:
     if is_rehearsal_encoder(clip) and typed is None:
         raise ConfigError(
             f"clip {clip}: the rehearsal encoder knows simulated homes alone; choose one of real"
-            f" pictures, {FETCHED_EASILY} (docs/robot.md compares them, vizbot doctor times them),"
-            " or rehearse with --clip embedded"
+            f" pictures, {FETCHED_EASILY}, or {PHOTOS_FETCHED} (docs/robot.md compares them, vizbot"
+            " doctor times them), or rehearse with --clip embedded"
         )
 
 
