@@ -34,10 +34,10 @@ from mapping.clip.encoder import ClipEncoder
 from mapping.clip.patches import embed_frame
 from sim_stubs.scoring.success import GOALS
 from training.evaluation import SCALES, shown_on, zero_shot
-from training.homes import SEEN_WORLDS
 from training.views import ViewsConfig, pictures
 from vizbot.config import Config
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
+from vizbot.rehearsal.belief_fit.view_list import SEEN_WORLDS
 
 NAME = "encoder"
 HOMES = (1100, 1101, 1102, 1103, 1104, 1105)

@@ -128,10 +128,10 @@ def fitted(
     )
     if without in _OF_VIEWS:
         inputs[:, [name.startswith(_OF_VIEWS[without]) for name in NAMES]] = 0.0
-    near = ranges <= NEAR
-    of_views = Weights(
-        *(logistic(inputs[m], outcomes[m], weights[m]) for m in (near, ~near)), np.zeros(0)
+    near, far = (
+        logistic(inputs[of], outcomes[of], weights[of]) for of in (ranges <= NEAR, ranges > NEAR)
     )
+    of_views = Weights(near, far, np.zeros(0))
     joined = [part for home in homes for part in _joined(home, of_views, rng, walks)]
     inputs, outcomes, weights = (np.concatenate(each) for each in zip(*joined, strict=True))
     if without is Omission.JOINED_VIEWS:
