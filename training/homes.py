@@ -24,7 +24,7 @@ from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.solids import Part, Piece
 from sim_stubs.homes.home import home
 from sim_stubs.world.world_file import read_world
-from training.variety import AS_THEY_ARE, varied
+from training.variety import keeps_colours, varied
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import COLOURS
 from vizbot.rehearsal.belief_fit.view_list import SEEN_WORLDS
@@ -178,7 +178,7 @@ def painted(house: House, rng: np.random.Generator) -> House:
     structure = tuple(_painted_wall(part, colours, rng) for part in house.structure)
     instances = tuple(
         replace(each, piece=painted_in_shades(each.piece, (*colours[rng.integers(3)], 1.0)))
-        if rng.random() < OF_WALLS and each.label not in AS_THEY_ARE
+        if rng.random() < OF_WALLS and not keeps_colours(each.label)
         else each
         for each in house.instances
     )

@@ -43,10 +43,14 @@ def another(piece: Piece, rng: np.random.Generator) -> Piece:
     """
     if rng.random() < SHAPED:
         piece = _shaped(piece, rng)
-    keeps_colours = piece.label in AS_THEY_ARE or piece.label.split()[0] in COLOURS
-    if rng.random() < PAINTED and not keeps_colours:
+    if rng.random() < PAINTED and not keeps_colours(piece.label):
         piece = _painted(piece, rng)
     return piece
+
+
+def keeps_colours(label: str) -> bool:
+    """Whether pieces are never painted: those of `AS_THEY_ARE`, and a "yellow chair"."""
+    return label in AS_THEY_ARE or label.split()[0] in COLOURS
 
 
 def _shaped(piece: Piece, rng: np.random.Generator) -> Piece:

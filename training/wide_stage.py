@@ -23,6 +23,8 @@ from vizbot.core.settings import SETTINGS
 
 OURS_END = 400
 """Our rooms are those of training homes below this number."""
+MOST = 4
+"""Number of the last stage; a later one would see the same homes again."""
 
 
 class WideStageConfig(BaseModel):
@@ -67,15 +69,18 @@ def homes_of(config: WideStageConfig, number: int, jar: Path) -> list[TrainingHo
 def train_wide_stage(
     folder: Annotated[Path, typer.Argument(help="Where pictures and checkpoints are kept.")],
     jar: Annotated[Path, typer.Option(help="Sweet Home 3D, with its example homes.")],
-    number: Annotated[int, typer.Option(help="Number of the stage; each draws others.")] = 0,
+    number: Annotated[
+        int, typer.Option(min=0, max=MOST, help="Number of the stage; each draws others.")
+    ] = 0,
     first: Annotated[Path, typer.Option(help="Folder of the weights to go on from.")] = WEIGHTS,
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
     """Render homes of ours, of others and mixtures, and train the image tower on."""
+    folder = folder / f"stage-{number}"
     torch.set_flush_denormal(True)  # tiny numbers in the optimiser are ten times as slow
     config = WideStageConfig()
     pool = PatchPool(
-        take_all(folder / f"views-{number}", homes_of(config, number, jar), config.views, workers)
+        take_all(folder / "views", homes_of(config, number, jar), config.views, workers)
     )
     encoder = load_embedded_clip(first)
     encoder.model.text_tower.requires_grad_(False)

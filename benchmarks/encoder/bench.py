@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
+from zlib import crc32
 
 import numpy as np
 
@@ -146,7 +147,7 @@ def run_encoder(bench: EncoderBench) -> BenchResult:
         for job, asked in in_parallel(_ask_home, jobs, NAME, lambda job, _: f"home {job.home}")
     }
     groups: dict[Kind, list[Home]] = {"own": [], "others": [], "trained": []}
-    for home in found:
+    for home in homes:
         groups[_kind_of(home)].append(home)
     trained = {model for home in groups["trained"] for model in found[home].models if model}
     sources = []
@@ -181,7 +182,9 @@ class _Job:
 
 def _ask_home(job: _Job) -> AskedPatches:
     """Take the pictures of a home and ask their patches, or read what was kept."""
-    file = job.kept / f"{_title(job.home)}.npz"
+    content = Path(str(job.home))
+    edition = f"-{crc32(content.read_bytes()):08x}" if content.is_file() else ""
+    file = job.kept / f"{_title(job.home)}{edition}.npz"
     if file.exists():
         return AskedPatches.load(file)
     asked = _asked_in(job)

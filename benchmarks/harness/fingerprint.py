@@ -34,7 +34,7 @@ _NO_PART_OF_A_RUN = (
 )
 """Folders whose sources change no run. Training makes the weights, which count themselves. Every
 other folder counts without being named here, so that a new one is never left out."""
-_SUFFIXES = (".py", ".json", ".txt", ".safetensors")
+_SUFFIXES = (".py", ".json", ".tsv", ".txt", ".safetensors")
 _SIZE, _RUNS = 1024, 15
 REFERENCE_KERNEL = f"product of two {_SIZE} x {_SIZE} matrices of 32-bit numbers"
 """A fixed piece of work, timed beside a benchmark, so that machines can be compared."""

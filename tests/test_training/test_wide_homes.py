@@ -89,7 +89,7 @@ def test_paint_is_on_whole_walls_and_on_furniture_that_may_have_any_colour(house
         assert np.array_equal(after.rgba, before.rgba) != is_wall
     colours = {it.label: appearance(it.piece).colours for it in other.instances}
     assert colours["tv"] == colours["window"] == appearance(house.instances[0].piece).colours
-    assert colours["sofa"] != colours["tv"]
+    assert colours["sofa"] != colours["tv"] == colours["yellow chair"]
 
 
 def test_many_homes_are_not_painted(house):

@@ -123,7 +123,7 @@ def query(options: MapQueryOptions) -> None:
     from vizbot.operator.session.saved_map import SavedMap
 
     saved = SavedMap(options.folder, config, options.clip)
-    say_calibration(saved.encoder, options.clip or config.clip)
+    say_calibration(saved.encoder, options.clip or saved.encoder.model_id)
     notice = saved.encoder.notice
     answer = saved.find(question.goal, BankProgress(saved.encoder.model_id))
     count = saved.count(question.goal) if isinstance(question, HowMany) else None

@@ -24,14 +24,13 @@ HEADING = """\
 """
 LONGEST = 4
 """Words of the longest name that is looked for."""
-
-_DETERMINERS = frozenset(
+DETERMINERS = frozenset(
     {"a", "an", "the", "my", "our", "your", "his", "her", "their", "some", "any", "this", "that"}
 )
-_BEHIND_A_NOUN = frozenset(
+BEHIND_A_NOUN = frozenset(
     {"in", "on", "near", "beside", "next", "by", "with", "under", "behind", "above", "below", "and"}
 )
-_WORD = re.compile(r"[^\W_]+(?:['.-][^\W_]+)*")
+WORD = re.compile(r"[^\W_]+(?:['.-][^\W_]+)*")
 
 
 @cache
@@ -94,7 +93,7 @@ class _Part:
 
 def _parts(text: str, trained: frozenset[str]) -> Iterator[_Part]:
     """The text's words, the longest names first."""
-    tokens = list(_WORD.finditer(text.casefold().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")))
+    tokens = list(WORD.finditer(text.casefold().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'")))
     words = [token[0] for token in tokens]
     i = 0
     while i < len(tokens):
@@ -123,7 +122,7 @@ def _name_at(
 
 
 def _is_trained(word: str, trained: frozenset[str]) -> bool:
-    return word in (trained | _DETERMINERS | {*COLOURS, *MATERIALS, *MATERIALS.values()})
+    return word in (trained | DETERMINERS | {*COLOURS, *MATERIALS, *MATERIALS.values()})
 
 
 def _unknown_noun(parts: Sequence[_Part]) -> str:
@@ -140,8 +139,8 @@ def _unknown_noun(parts: Sequence[_Part]) -> str:
             continue
         before = parts[i - 1].words if i else "the"
         behind = parts[last + 1] if last + 1 < len(parts) else None
-        due = before in _DETERMINERS or before in COLOURS or before in MATERIALS.values()
-        is_noun = behind is None or behind.words in _BEHIND_A_NOUN
+        due = before in DETERMINERS or before in COLOURS or before in MATERIALS.values()
+        is_noun = behind is None or behind.words in BEHIND_A_NOUN
         if not named or (due and is_noun):
             return " ".join(it.words for it in parts[i : last + 1])
     return ""

@@ -31,7 +31,6 @@ from mapping.clip.photos.weights import (
     keep_tensors,
     kept_tensors,
     published_pickle,
-    tensors_hash,
 )
 from mapping.clip.reading import Reading
 
@@ -79,7 +78,6 @@ class PhotoClasses:
         self.threshold, self.log_odds = self._texts.threshold, self._texts.log_odds
         self.notice = self._texts.notice
         self._temperature = photo_fit().temperature
-        self._hash = sha256(f"{tensors_hash(tensors)} {self._temperature}".encode()).hexdigest()
         self._device = device
         with torch.device("meta"):  # random weights would take longer than these
             self._classifier = Classifier().eval()
@@ -115,8 +113,8 @@ class PhotoClasses:
         return self._texts.reading(text)
 
     def weights_hash(self) -> str:
-        """Hash of all that embeds pictures."""
-        return self._hash
+        """Hash of all that embeds, the same as that of `PhotoTexts`: of the id that names it."""
+        return sha256(self.model_id.encode()).hexdigest()
 
 
 def root_probabilities(logits: NDArray[np.float32], temperature: float) -> NDArray[np.float32]:

@@ -6,7 +6,6 @@ a home that it does not have are looked up among the words of the embedded CLIP.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -16,7 +15,14 @@ import numpy as np
 from jellyfish import damerau_levenshtein_distance
 from numpy.typing import NDArray
 
-from mapping.clip.embedded.word_table import looked_up, singulars
+from mapping.clip.embedded.word_table import (
+    BEHIND_A_NOUN,
+    DETERMINERS,
+    LONGEST,
+    WORD,
+    looked_up,
+    singulars,
+)
 from mapping.clip.reading import Reading
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import class_of, kinds
@@ -31,17 +37,9 @@ HEADING = """\
 # names, their classes (numbers and ranges), what they are looked for by if not by themselves;
 # names without classes are not looked for: behind them are those to offer in their place
 """
-LONGEST = 4
-"""Words of the longest name that is looked for."""
-
 _OFFERED = 3
 """Names that are offered in place of one that is not known, where none is near it in meaning."""
-_WORD = re.compile(r"[^\W_]+(?:['.-][^\W_]+)*")
-_DETERMINERS = frozenset({"a", "an", "the", "my", "our", "your", "some", "any", "this", "that"})
-_BEHIND_A_NOUN = frozenset(
-    {"in", "on", "of", "at", "near", "beside", "next", "by", "with", "without", "under", "behind",
-     "above", "below", "and", "or", "that", "for"}
-)  # fmt: skip
+_BEHIND_A_NOUN = BEHIND_A_NOUN | {"at", "for", "of", "or", "that", "without"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,8 +125,8 @@ def _named_part(text: str) -> str:
 
     That of a name, as of "chest of drawers", is none.
     """
-    said = _WORD.findall(text.casefold().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'"))
-    while said and said[0] in _DETERMINERS:
+    said = WORD.findall(text.casefold().replace("\N{RIGHT SINGLE QUOTATION MARK}", "'"))
+    while said and said[0] in DETERMINERS:
         said = said[1:]
     for at in range(1, len(said)):
         if said[at] in _BEHIND_A_NOUN and not _is_within_name(said, at):

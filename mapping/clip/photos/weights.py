@@ -75,7 +75,7 @@ def kept_tensors() -> dict[str, NDArray[np.float32]] | None:
         log.warning("the weights of photos in %s cannot be read: %s", file, error)
         return None
     digest = tensors.pop(_DIGEST, None)
-    if digest is None or digest.tobytes().decode("latin-1") != tensors_hash(tensors):
+    if digest is None or digest.tobytes().decode("latin-1") != _tensors_hash(tensors):
         log.warning("the weights of photos in %s are damaged", file)
         return None
     return tensors
@@ -84,7 +84,7 @@ def kept_tensors() -> dict[str, NDArray[np.float32]] | None:
 def keep_tensors(tensors: Mapping[str, NDArray[np.float32]]) -> None:
     """Keep the tensors for the next run; where that fails a warning says why."""
     file = kept_file()
-    digest = np.frombuffer(tensors_hash(tensors).encode(), np.uint8)
+    digest = np.frombuffer(_tensors_hash(tensors).encode(), np.uint8)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         write_whole(file, save({**tensors, _DIGEST: digest}))
@@ -120,7 +120,7 @@ def published_pickle() -> bytes:
     return content
 
 
-def tensors_hash(tensors: Mapping[str, NDArray[np.float32]]) -> str:
+def _tensors_hash(tensors: Mapping[str, NDArray[np.float32]]) -> str:
     """SHA-256 of the names, types, shapes and values of tensors."""
     found = sha256()
     for name, tensor in sorted(tensors.items()):

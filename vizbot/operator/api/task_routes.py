@@ -174,6 +174,10 @@ def _queued(
     session: OperatorSession, requests: Sequence[TaskRequest], *, at_once: bool = False
 ) -> TaskNumbers:
     try:
+        requests = [session.readable(request) for request in requests]
+    except ConfigError as error:
+        raise HTTPException(422, str(error)) from error
+    try:
         tasks = session.ask(requests, at_once=at_once)
     except ConfigError as error:
         raise HTTPException(429, str(error)) from error

@@ -93,18 +93,9 @@ class OperatorSession:
         asked, if that was a while ago.
 
         Raises:
-            ConfigError: a goal is too long, the encoder has no name for it, too many wait, or the
-                robot was stopped since.
+            ConfigError: a goal cannot be taken, too many wait, or the robot was stopped since.
         """
-        for request in requests:
-            if isinstance(request, str) and len(request) > _LONGEST_REQUEST:
-                raise ConfigError(f"a goal has at most {_LONGEST_REQUEST} letters; say it shorter")
-            if isinstance(request, str):
-                self._reading(request)  # refuses what the encoder has no name for
-        requests = [
-            printable(request, _LONGEST_REQUEST) if isinstance(request, str) else request
-            for request in requests
-        ]
+        requests = [self.readable(request) for request in requests]
         with self._orders:
             if stops is not None:
                 self._require_no_stop_since(stops)
@@ -113,6 +104,20 @@ class OperatorSession:
         for task in tasks:
             self.log.write("goal", task.text)
         return tasks
+
+    def readable(self, request: TaskRequest) -> TaskRequest:
+        """A request as it is queued.
+
+        Raises:
+            ConfigError: a goal is too long, or the encoder has no name for it.
+        """
+        if not isinstance(request, str):
+            return request
+        if len(request) > _LONGEST_REQUEST:
+            raise ConfigError(f"a goal has at most {_LONGEST_REQUEST} letters; say it shorter")
+        goal = printable(request, _LONGEST_REQUEST)
+        self._reading(goal)
+        return goal
 
     @property
     def awaits_verdict(self) -> bool:
