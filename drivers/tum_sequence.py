@@ -40,6 +40,9 @@ MAX_PIXELS, MAX_HEADER = 1 << 26, 1 << 18
 MAX_BYTES = 1 << 28
 """Most bytes of an image or list."""
 
+_FARTHEST_SHIFT = 0.25
+"""Most by which a lens may shift a pixel, in longest edges of the image; a Kinect's has 0.06."""
+
 _LAYOUT = "give a folder in TUM's layout, a .db3 or a .bag file"
 _REMEDY = "write a camera.json (width, height, fx, fy, cx, cy, depth_scale) or give --intrinsics"
 
@@ -56,6 +59,14 @@ class _CameraFile(BaseModel):
     cx: FiniteFloat
     cy: FiniteFloat
     depth_scale: FiniteFloat = Field(gt=0)
+    no_depth: int = Field(default=0, ge=0, le=65535)
+    """Value of a depth image that means that nothing was measured, besides 0 and 65535."""
+    distortion: tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat] | None = None
+    """k1, k2, p1, p2, k3 of the lens of both images, as OpenCV defines them; None for none."""
+
+    @property
+    def intrinsics(self) -> Intrinsics:
+        return Intrinsics(self.width, self.height, self.fx, self.fy, self.cx, self.cy)
 
 
 class _Pair(NamedTuple):
@@ -66,6 +77,9 @@ class _Pair(NamedTuple):
 
 class RecordedSequence(Closeable):
     """A `Camera` that reads a folder, one pair of images for each `read`.
+
+    Where `camera.json` tells of a lens, frames are free of its distortion: they have the same size
+    and intrinsics, and are black and without depth where the picture as taken shows nothing.
 
     Args:
         folder: The sequence.
@@ -84,8 +98,11 @@ class RecordedSequence(Closeable):
         require_no_bag(folder)
         if not folder.is_dir():
             raise ConfigError(f"sequence {folder}: no such folder; {_LAYOUT}")
+        self._no_depth, distortion = 0, None
         if intrinsics is None or depth_scale is None:
-            intrinsics, depth_scale = _read_calibration(folder)
+            camera = _read_calibration(folder)
+            intrinsics, depth_scale = camera.intrinsics, camera.depth_scale
+            self._no_depth, distortion = camera.no_depth, camera.distortion
         self._folder = folder
         self._pairs = _read_pairs(folder)
         self._next = 0
@@ -101,15 +118,31 @@ class RecordedSequence(Closeable):
         except ValueError as error:
             raise ConfigError(f"sequence {folder}: {error}; {_REMEDY}") from error
         self._intrinsics = intrinsics
+        self._sources: NDArray[np.float32] | None = None
         self._load(self._pairs[0])
+        if distortion is not None:  # of images that have turned out to be of a camera's size
+            self._sources = _sources(folder, intrinsics, distortion)
 
     @property
     def intrinsics(self) -> Intrinsics:
         """Of the colour image, to which depth is registered."""
         return self._intrinsics
 
+    @property
+    def stamps(self) -> NDArray[np.float64]:
+        """Of all frames (F,), ascending [s]."""
+        return np.array([pair.stamp for pair in self._pairs])
+
     def __len__(self) -> int:
         return len(self._pairs)
+
+    def undistorted(self, u: int, v: int) -> tuple[int, int]:
+        """Column and row in frames of what is at `u`, `v` in the picture as it was taken [px]."""
+        if self._sources is None:
+            return u, v
+        away = ((self._sources - np.array((u, v), np.float32)) ** 2).sum(axis=2)
+        row, column = divmod(int(away.argmin()), self._intrinsics.width)
+        return column, row
 
     def read(self, timeout: float = 1.0) -> RGBDFrame | None:
         """Return the next frame, newer than any before; None at the end. Never waits.
@@ -153,8 +186,12 @@ class RecordedSequence(Closeable):
                     f"image {path}: {found} pixels where the calibration says {wanted}; "
                     "give the calibration of these images, with depth registered to colour"
                 )
+        if self._sources is not None:
+            bgr = cv2.remap(bgr, self._sources, None, cv2.INTER_LINEAR)
+            raw = cv2.remap(raw, self._sources, None, cv2.INTER_NEAREST)
         rgb = np.ascontiguousarray(bgr[..., 2::-1], np.uint8)
         measured = without_saturated(raw.astype(np.uint16, copy=False)).astype(np.float32)
+        measured[raw == self._no_depth] = 0.0
         depth = measured / np.float32(self._depth_scale)
         return RGBDFrame(pair.stamp, rgb, depth, self._intrinsics, ImuSamples.none())
 
@@ -179,19 +216,35 @@ def parse_intrinsics(text: str) -> tuple[Intrinsics, float]:
     return Intrinsics(0, 0, fx, fy, cx, cy), scale
 
 
-def _read_calibration(folder: Path) -> tuple[Intrinsics, float]:
+def _read_calibration(folder: Path) -> _CameraFile:
     path = folder / "camera.json"
     if not path.is_file():
         raise ConfigError(f"sequence {folder}: no camera.json; {_REMEDY}")
     try:
-        camera = _CameraFile.model_validate_json(_bytes(path, "calibration").removeprefix(BOM_UTF8))
+        return _CameraFile.model_validate_json(_bytes(path, "calibration").removeprefix(BOM_UTF8))
     except ValidationError as error:
         first = causes(error.errors())[0]
         where = ".".join(map(str, first["loc"])) or "the file"
-        raise ConfigError(f"{path}: {where}: {first['msg']}; {_REMEDY}") from error
-    size = camera.width, camera.height
-    f, c = (camera.fx, camera.fy), (camera.cx, camera.cy)
-    return Intrinsics(*size, *f, *c), camera.depth_scale
+        raise ConfigError(
+            f"{path}: {where}: {first['msg']}, not {str(first['input'])[:40]!r}; {_REMEDY}"
+        ) from error
+
+
+def _sources(
+    folder: Path, camera: Intrinsics, distortion: tuple[float, ...]
+) -> NDArray[np.float32]:
+    """Column and row (H, W, 2) in the picture as taken of each pixel without distortion [px]."""
+    size, lens = (camera.width, camera.height), np.array(distortion)
+    columns, rows = cv2.initUndistortRectifyMap(camera.K, lens, None, camera.K, size, cv2.CV_32FC1)
+    u, v = (np.arange(length, dtype=np.float32) for length in size)
+    shift = float(np.maximum(np.abs(columns - u).max(), np.abs(rows - v[:, None]).max()))
+    if not shift <= (most := _FARTHEST_SHIFT * max(size)):  # it may be NaN
+        raise ConfigError(
+            f"{folder / 'camera.json'}: distortion {list(distortion)} shifts a pixel by"
+            f" {shift:.3g} px, a lens's by {most:g} at most; give k1, k2, p1, p2, k3 as OpenCV has"
+            " them, or --intrinsics to read the images as they are"
+        )
+    return np.dstack((columns, rows))
 
 
 def _read_pairs(folder: Path) -> list[_Pair]:
