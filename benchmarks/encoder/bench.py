@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 from zlib import crc32
@@ -31,6 +31,7 @@ from benchmarks.harness.fingerprint import commit, hardware, key_of_settings, ke
 from benchmarks.harness.store import Store
 from benchmarks.harness.tables import markdown_table
 from benchmarks.harness.workers import in_parallel
+from benchmarks.questions.poses import TRUTH
 from mapping.clip.encoder import ClipEncoder
 from mapping.clip.patches import embed_frame
 from sim_stubs.scoring.success import GOALS
@@ -61,9 +62,9 @@ _TEXT = """`vizbot bench encoder` asks patches of pictures for the paper's goals
 patch shows a thing clearly, does not show it, or is left out as disputable. AUC is the
 probability that a patch that shows a thing clearly is more similar to its name than one that does
 not; recall is the share of the former above the similarity that one in a hundred of the latter
-exceeds; both are means over names. Right at a scale is the share of patches that are named rightly
-among all names. In recordings patches are those of the mapper, and what they show follows from a
-person's marks."""
+exceeds; both are means over names, and chance gives 0.5 and 0.01. Right at a scale is the share of
+patches that are named rightly among all names. In recordings patches are those of the mapper, and
+what they show follows from a person's marks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +103,7 @@ class Asked:
         new_models: The same by patches of any other model.
         zero_shot: Share of patches named rightly among the names, by the scale.
         calibration_error: Of the encoder's own probabilities; None where it has none.
+        own_poses: Whether marks were placed by poses of our own SLAM, as none were recorded.
     """
 
     source: str
@@ -113,6 +115,7 @@ class Asked:
     new_models: dict[str, Separation]
     zero_shot: dict[int, float]
     calibration_error: float | None
+    own_poses: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,10 +164,10 @@ def run_encoder(bench: EncoderBench) -> BenchResult:
                 for home in members
             ]
     for sequence, questions in bench.sequences:
-        mapper = config.perception.clip_mapper
-        patches, names = patches_of_recording(sequence, questions, encoder, mapper)
+        patches, names = patches_of_recording(sequence, questions, encoder, config)
         name = sequence.resolve().name
-        sources.append(_asked(name, "recording", True, patches, names, encoder, set()))
+        asked = _asked(name, "recording", True, patches, names, encoder, set())
+        sources.append(replace(asked, own_poses=not (sequence / TRUTH).is_file()))
     answers = EncoderAnswers(encoder.model_id, _ms_a_frame(encoder, config), tuple(sources))
     Store(bench.folder / f"{NAME}.jsonl", EncoderAnswers).add(key, commit(), hardware(), answers)
     return encoder_result(answers)
@@ -259,6 +262,7 @@ def _asked(
             for it in zero_shot(patches.similarities, patches.shown, patches.edges, names)
         },
         calibration_error=None if odds is None else reliability(patches, odds),
+        own_poses=False,
     )
 
 
@@ -315,7 +319,9 @@ def _sources_table(sources: Sequence[Asked]) -> str:
         header,
         [
             [
-                source.source if source.whole else f"- {source.source}",
+                ("" if source.whole else "- ")
+                + source.source
+                + (", placed by our own SLAM" if source.own_poses else ""),
                 source.patches,
                 len(source.names),
                 _three(mean_over_names(source.names, "auc")),

@@ -13,12 +13,12 @@ from benchmarks.questions.marks import (
     MarkedPlaces,
     places_of,
     read_questions,
-    true_poses,
 )
+from benchmarks.questions.poses import estimated_poses, recorded_poses
 from drivers.tum_sequence import RecordedSequence
-from mapping.clip.config import ClipMapperConfig
 from mapping.clip.encoder import ClipEncoder
 from mapping.clip.patches import patch_boxes
+from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import back_project, invert, transform
 from vizbot.core.types import SE3, RGBDFrame
@@ -38,15 +38,15 @@ _STRIDE = 4
 
 
 def patches_of_recording(
-    sequence: Path, questions: Path, encoder: ClipEncoder, config: ClipMapperConfig
+    sequence: Path, questions: Path, encoder: ClipEncoder, config: Config
 ) -> tuple[AskedPatches, tuple[str, ...]]:
     """The patches that the mapper cuts from frames of a recording, and the things asked for.
 
     Args:
-        sequence: Folder in TUM layout with a `groundtruth.txt`.
+        sequence: Folder in TUM layout; without a `groundtruth.txt` our own SLAM makes the poses.
         questions: TOML file of the marks; things without a mark are left out.
         encoder: The encoder.
-        config: Says how patches are cut.
+        config: Says how patches are cut, and poses estimated.
 
     Raises:
         ConfigError: a file cannot be used, or nothing is marked.
@@ -58,13 +58,18 @@ def patches_of_recording(
     texts = encoder.embed_texts(list(names))
     several = []
     with RecordedSequence(sequence) as camera:
-        _, Ts_world_cam = true_poses(camera, sequence / "groundtruth.txt")
+        Ts_world_cam = recorded_poses(camera, sequence)
+        if Ts_world_cam is None:
+            Ts_world_cam = estimated_poses(camera, config.perception.slam)
         places = places_of(camera, marked, Ts_world_cam)
         chosen = {mark.frame for question in marked for mark in question.marks}
         chosen.update(np.linspace(0, len(camera) - 1, FRAMES).astype(int).tolist())
         for number in sorted(chosen):
+            if np.isnan(Ts_world_cam[number]).any():
+                continue
             frame = camera.frame(number)
-            boxes = patch_boxes(frame.intrinsics.width, frame.intrinsics.height, config)
+            size = frame.intrinsics.width, frame.intrinsics.height
+            boxes = patch_boxes(*size, config.perception.clip_mapper)
             embeddings = encoder.embed_images([frame.rgb[v:b, u:r] for u, v, r, b in boxes])
             several.append(
                 AskedPatches(

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass
 from math import sqrt
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Self, TypeVar
 from zlib import crc32
 
 import cv2
@@ -67,7 +67,7 @@ def oracle_parts(oracle: str | None, world: World, config: Config) -> OraclePart
         case None:
             return OracleParts(config)
         case "pose":
-            slam = TruePose(world, config.perception.slam.keyframes)
+            slam = TruePose.in_world(world, config.perception.slam.keyframes)
             return OracleParts(config, PerceptionParts(slam=slam))
         case "depth":
             return OracleParts(without_depth_noise(config))
@@ -87,13 +87,21 @@ def without_depth_noise(config: Config) -> Config:
 
 
 class TruePose:
-    """A pose estimator that reads the world; `map` is the pose of the base at the start."""
+    """A pose estimator that is told the truth."""
 
-    def __init__(self, world: World, config: KeyframeConfig) -> None:
-        self._world = world
+    def __init__(
+        self, pose_at: Callable[[float], tuple[SE3, bool]], config: KeyframeConfig
+    ) -> None:
+        """`pose_at` a stamp [s] gives T_map_cam, and whether that is known: else it is lost."""
+        self._pose_at = pose_at
         self._config = config
-        self._T_map_world = invert(world.T_world_base)
         self._Ts_map_keyframe: list[SE3] = []
+
+    @classmethod
+    def in_world(cls, world: World, config: KeyframeConfig) -> Self:
+        """One that reads the world as it is when asked; `map` is the pose of the base now."""
+        T_map_world = invert(world.T_world_base)
+        return cls(lambda _: (T_map_world @ world.T_world_base @ world.T_base_cam, True), config)
 
     def track(self, frame: RGBDFrame, T_odom_base: SE3 | None) -> PoseEstimate:
         """The true pose of the camera; nothing has moved since the frame was taken."""
@@ -101,8 +109,8 @@ class TruePose:
 
     def lift(self, stamp: float) -> PoseEstimate:
         """The true pose of the camera while the robot is lifted."""
-        T_map_cam = self._T_map_world @ self._world.T_world_base @ self._world.T_base_cam
-        due = not self._Ts_map_keyframe or self._is_far(T_map_cam)
+        T_map_cam, known = self._pose_at(stamp)
+        due = not self._Ts_map_keyframe or (known and self._is_far(T_map_cam))
         if due:
             self._Ts_map_keyframe.append(T_map_cam)
         return PoseEstimate(
@@ -111,7 +119,7 @@ class TruePose:
             len(self._Ts_map_keyframe) - 1,
             invert(self._Ts_map_keyframe[-1]) @ T_map_cam,
             due,
-            Tracking.TRACKING,
+            Tracking.TRACKING if known else Tracking.LOST,
         )
 
     def keyframe_poses(self) -> dict[int, SE3]:

@@ -22,21 +22,19 @@ from benchmarks.questions.marks import (
     MarkedThing,
     places_of,
     read_questions,
-    true_poses,
 )
+from benchmarks.questions.poses import BY_SLAM, poses_at, recorded_poses, require_most, told_poses
 from drivers.tum_sequence import RecordedSequence
 from mapping.clip.encoder import ClipEncoder
 from mapping.clip.footprint import PLACE
 from mapping.clip.place_rows import PlaceMap
 from mapping.map_bundle import MapBundle
-from mapping.trajectory_error import align, associate
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
-from vizbot.core.geometry import invert
-from vizbot.core.types import SE3
-from vizbot.mission import watch
-from vizbot.objectnav.tasks import goal_of
+from vizbot.core.types import Tracking
+from vizbot.objectnav.tasks import Task, goal_of
 from vizbot.operator.session.place_answers import find_places
+from vizbot.perception.interfaces import PerceptionParts, PoseEstimator
 from vizbot.pipeline import Pipeline
 from vizbot.rig import opened_devices
 
@@ -46,6 +44,8 @@ ScoreKind = Literal["probability", "similarity"]
 _TEXT = """`vizbot bench questions SEQ --questions FILE` maps a recording, asks its map once for
 each thing in the file, and compares the first place of each answer with the places that a person
 marked in the pictures ([questions of the walk through an office](questions/hololens_office.toml)).
+The poses of the map are the recorded ones, or those of our own SLAM where none were recorded, and
+marks lie where these poses put them: errors of poses show on [their own page](slam.md).
 An answer is right within 0.75 m of a mark, and not beyond half the way to the nearest mark of
 another thing (0.25 m at least, the edge of a place of the map).
 With `--clip FOLDER` another CLIP answers the same questions, so that one sees what real weights
@@ -100,6 +100,8 @@ class RecordingAnswers:
         frames: Number of frames.
         score_kind: What the scores are: probabilities, 0 to 1, or cosines, -1 to 1.
         answers: One for each question.
+        own_poses: Whether our own SLAM made the poses of the map, as none were recorded.
+        lost: Number of frames without a pose, which are left out.
     """
 
     recording: str
@@ -108,13 +110,16 @@ class RecordingAnswers:
     frames: int
     score_kind: ScoreKind
     answers: tuple[MarkedAnswer, ...]
+    own_poses: bool
+    lost: int
 
 
 def run_questions(sequence: Path, questions: Path, config: Config, folder: Path) -> BenchResult:
     """Map the recording, ask every question once, keep the answers and print their table.
 
     Args:
-        sequence: Folder in TUM layout with a `groundtruth.txt`, in whose frame marks are placed.
+        sequence: Folder in TUM layout. It is mapped by the poses of its `groundtruth.txt`, without
+            one by those of our own SLAM; marks lie where the poses of the map put them.
         questions: TOML file of the questions.
         config: Settings of the robot.
         folder: Folder of the results.
@@ -123,26 +128,31 @@ def run_questions(sequence: Path, questions: Path, config: Config, folder: Path)
         VizbotError: a file or the encoder cannot be used.
     """
     asked = read_questions(questions)
-    truth = sequence / "groundtruth.txt"
-    if not truth.is_file():
-        raise ConfigError(f"{truth} is missing; marked places are placed by it")
     with RecordedSequence(sequence) as camera:
-        stamps, Ts_world_cam = true_poses(camera, truth)
-        marked = places_of(camera, asked, Ts_world_cam)
-    encoder = encoder_of(config)
-    bundle = _mapped(sequence, config, encoder)
-    T_map_world = invert(_alignment(bundle, stamps, Ts_world_cam))
+        Ts_world_cam = recorded_poses(camera, sequence)
+        slam = None
+        if Ts_world_cam is not None:
+            slam = told_poses(camera, Ts_world_cam, config.perception.slam.keyframes)
+        encoder = encoder_of(config)
+        bundle, known = _mapped(sequence, config, encoder, slam)
+        if slam is None:
+            require_most(known, *BY_SLAM)
+        stamps = bundle.trajectory.stamps[known]
+        Ts_map_cam = poses_at(camera.stamps, stamps, bundle.final_poses()[known])
+        marked = places_of(camera, asked, Ts_map_cam)
     answers = tuple(
-        _answer(question, places.moved(T_map_world), bundle, encoder, config)
+        _answer(question, places, bundle, encoder, config)
         for question, places in zip(asked, marked, strict=True)
     )
     result = RecordingAnswers(
         sequence.resolve().name,
         encoder.model_id,
         encoder.notice or "",
-        len(stamps),
+        len(known),
         "similarity" if config.objectnav.method == "paper" else "probability",
         answers,
+        own_poses=slam is None,
+        lost=int(np.sum(~known)),
     )
     asked_by = hashlib.sha256(questions.read_bytes()).hexdigest()[:12]
     key = f"{key_of_robot('benchmarks/questions')}-{key_of_settings(config)}-{asked_by}"
@@ -150,21 +160,19 @@ def run_questions(sequence: Path, questions: Path, config: Config, folder: Path)
     return questions_result(result)
 
 
-def _mapped(sequence: Path, config: Config, encoder: ClipEncoder) -> MapBundle:
+def _mapped(
+    sequence: Path, config: Config, encoder: ClipEncoder, slam: PoseEstimator | None
+) -> tuple[MapBundle, NDArray[np.bool_]]:
+    """The map of a recording by the robot's own SLAM or another one, and which frames it posed."""
     with opened_devices(config, str(sequence), "none") as devices:
-        pipeline = Pipeline(devices, encoder, config, [])
-        watch(pipeline, [])
+        pipeline = Pipeline(devices, encoder, config, [], PerceptionParts(slam=slam))
+        known = []
+        while (step := pipeline.tick(Task.MAP)) is not None:
+            known.append(step.estimate.tracking is not Tracking.LOST)
+        pipeline.finish()
     bundle = pipeline.bundle()
     assert bundle is not None  # there are frames
-    return bundle
-
-
-def _alignment(
-    bundle: MapBundle, stamps: NDArray[np.float64], Ts_world_cam: NDArray[np.float64]
-) -> SE3:
-    """T_world_map that brings the map's final trajectory nearest to the true one."""
-    here, there = associate(bundle.trajectory.stamps, stamps)
-    return align(bundle.final_poses()[here, :3, 3], Ts_world_cam[there, :3, 3])
+    return bundle, np.array(known)
 
 
 def _answer(
@@ -207,11 +215,18 @@ def questions_result(result: RecordingAnswers) -> BenchResult:
     refused = Rate.over(not answer.believed for answer in absent)
     by_chance = float(np.mean([answer.by_chance for answer in exist])) if exist else None
     header = ("question", result.score_kind, "has to exceed", "off [m]", "right within [m]",
-              "first place", "the robot says")  # fmt: skip
+              "a random place [%]", "first place", "the robot says")  # fmt: skip
     table = markdown_table(header, [_table_row(answer) for answer in result.answers])
     notes = [
         f"{result.recording}, {result.frames} frames, mapped and asked with {result.model}."
-        + (f" {result.notice[0].upper()}{result.notice[1:]}." if result.notice else ""),
+        + (f" {result.notice[0].upper()}{result.notice[1:]}." if result.notice else "")
+        + " Its poses are "
+        + (
+            "those of our own SLAM, as none were recorded"
+            if result.own_poses
+            else "the recorded ones"
+        )
+        + (f"; frames without one, left out: {result.lost}." if result.lost else "."),
         f"First place right: {fraction_with_interval(right)}, where a random place of the map is"
         f" right in {percent(by_chance)} %; right, and the robot believes it:"
         f" {fraction_with_interval(found)}. Of things that are not there refused:"
@@ -227,7 +242,7 @@ def questions_result(result: RecordingAnswers) -> BenchResult:
     }
     rows: list[dict[str, object]] = [
         {"row": answer.text, "right": answer.right, "believed": answer.believed,
-         "distance": answer.distance, "score": answer.score}
+         "distance": answer.distance, "score": answer.score, "by_chance": answer.by_chance}
         for answer in result.answers
     ]  # fmt: skip
     return BenchResult(NAME, rows, summary, "\n\n".join([*notes, table]))
@@ -241,6 +256,7 @@ def _table_row(answer: MarkedAnswer) -> Sequence[object]:
         f"{answer.threshold:.2f}",
         answer.distance,
         answer.radius,
+        percent(answer.by_chance),
         first,
         "it is there" if answer.believed else "not found",
     ]

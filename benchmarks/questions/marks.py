@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, Field, ValidationError
 
 from drivers.tum_sequence import RecordedSequence
-from mapping.trajectory_error import associate
-from mapping.tum import read_trajectory
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import transform
 from vizbot.core.settings import SETTINGS
@@ -28,7 +26,7 @@ class Mark(BaseModel):
     frame: int = Field(ge=0)
     """Number of the picture in the recording, from 0."""
     pixel: tuple[int, int]
-    """Column and row [px]."""
+    """Column and row in the picture as it was taken [px]."""
 
 
 class MarkedThing(BaseModel):
@@ -75,17 +73,12 @@ class MarkedPlaces:
     """The places of a thing in a recording.
 
     Attributes:
-        points: (M, 3) marked points in `world`, or in the frame that they were `moved` to [m]; none
-            where there is no such thing.
+        points: (M, 3) marked points in `world` [m]; none where there is no such thing.
         tolerances: (M,) how far from each an answer is right [m].
     """
 
     points: NDArray[np.float64]
     tolerances: NDArray[np.float64]
-
-    def moved(self, T_other_world: SE3) -> MarkedPlaces:
-        """The same places in another frame."""
-        return MarkedPlaces(transform(T_other_world, self.points), self.tolerances)
 
     def nearest(self, point: NDArray[np.float64]) -> tuple[float, float] | None:
         """Distance of a point (3,) from a mark, and what is right there [m]; None without marks.
@@ -113,7 +106,7 @@ def places_of(
     another thing, but within `LEAST` in any case.
 
     Raises:
-        ConfigError: a mark is outside of the recording, or nothing was measured there.
+        ConfigError: as of `marked_points`.
     """
     points = [marked_points(camera, question, Ts_world_cam) for question in questions]
     places = []
@@ -132,10 +125,11 @@ def marked_points(
     Args:
         camera: The recording.
         question: The question.
-        Ts_world_cam: True poses of all frames (F, 4, 4).
+        Ts_world_cam: Poses of all frames (F, 4, 4), NaN where one is not known.
 
     Raises:
-        ConfigError: a mark is outside of the recording, or nothing was measured there.
+        ConfigError: a mark is outside of the recording or in a frame without a pose, or nothing was
+            measured there.
     """
     points = [_point(camera, question, mark, Ts_world_cam) for mark in question.marks]
     return np.array(points).reshape(-1, 3)
@@ -147,28 +141,17 @@ def _point(
     where = f"question {question.text!r}: mark {mark.frame}, {mark.pixel}"
     if mark.frame >= len(Ts_world_cam):
         raise ConfigError(f"{where} is in none of the {len(Ts_world_cam)} frames")
+    T_world_cam: SE3 = Ts_world_cam[mark.frame]
+    if np.isnan(T_world_cam).any():
+        raise ConfigError(f"{where} is in a frame without a pose; mark it in another one")
     frame = camera.frame(mark.frame)
     u, v = mark.pixel
     height, width = frame.depth.shape
     if not (0 <= u < width and 0 <= v < height):
         raise ConfigError(f"{where} is outside of the picture of {width} x {height} pixels")
+    u, v = camera.undistorted(u, v)
     depth = float(frame.depth[v, u])
     if depth <= 0.0:
         raise ConfigError(f"{where} has no depth; mark another pixel of it")
     ray = np.linalg.inv(frame.intrinsics.K) @ (u, v, 1.0)
-    T_world_cam: SE3 = Ts_world_cam[mark.frame]
     return np.asarray(transform(T_world_cam, (depth * ray)[None])[0])
-
-
-def true_poses(
-    camera: RecordedSequence, truth: Path
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stamps (F,) [s] and true poses (F, 4, 4) of all frames."""
-    stamps = np.array([camera.frame(i).stamp for i in range(len(camera))])
-    true_stamps, Ts_world_cam = read_trajectory(truth)
-    here, there = associate(stamps, true_stamps)
-    if len(here) < len(stamps):
-        raise ConfigError(
-            f"{truth} tells of {len(here)} of the {len(stamps)} frames; all are needed"
-        )
-    return stamps, Ts_world_cam[there]

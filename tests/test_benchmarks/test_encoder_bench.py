@@ -146,7 +146,7 @@ def test_one_of_several_marks_is_enough():
 def answers(encoder, recall):
     names = {"sofa": Separation(20, 0.9, recall, 0.5)}
     others = Asked("homes by others", "others", True, 600, names, names, names, {0: 0.5}, 0.1)
-    alone = Asked("Studio", "trained", False, 600, {}, {}, {}, {}, None)
+    alone = Asked("Studio", "trained", False, 600, {}, {}, {}, {}, None, own_poses=True)
     return EncoderAnswers(encoder, 42.0, (others, alone))
 
 
@@ -157,6 +157,7 @@ def test_the_page_has_the_newest_answers_of_each_encoder(tmp_path):
     page = encoder_page(tmp_path, tmp_path / "encoder.md")
     assert page.count("\n## ") == 2 and page.count("c0ffee") == page.count("decade") == 1
     one = page.split("## ")[1]
+    assert rows_in(one)[3][0] == "- Studio, placed by our own SLAM"
     assert rows_in(one)[2][:5] == ["homes by others", "600", "1", "0.900", "0.40"]
     assert encoder_page(tmp_path / "none", tmp_path / "encoder.md") == ""
 

@@ -15,15 +15,19 @@ from benchmarks.questions.bench import (
     questions_result,
 )
 from benchmarks.questions.marks import MarkedPlaces, places_of, read_questions
+from benchmarks.questions.poses import estimated_poses, poses_at, recorded_poses, told_poses
 from drivers.tum_sequence import RecordedSequence
+from mapping.keyframes.config import KeyframeConfig
+from mapping.slam.config import SlamConfig
 from mapping.tum import write_trajectory
 from tests.helpers.checkout import ROOT
 from tests.test_benchmarks.printed_table import rows_in
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
-from vizbot.core.geometry import planar
+from vizbot.core.geometry import camera_mount, invert, planar, yaw_of
 
 FX = 150.0
+MARK = '[[question]]\ntext = "sofa"\nmarks = [{{frame = {}, pixel = [80, 60]}}]\n'
 FRAMES = {"hololens_office": 373, "nyu_cafe": 782, "tum_fr1_rpy": 694}
 """Frames of each recording that is marked."""
 
@@ -88,8 +92,6 @@ def test_the_mark_with_which_a_point_is_right_decides():
     assert places.nearest(np.array([0.4, 0.0, 0.0])) == pytest.approx((0.6, 0.75))
     xy = np.array([[0.2, 0.0], [-0.3, 0.0], [0.3, 0.0], [1.8, 0.0]])
     assert places.on_plan(xy).tolist() == [True, False, True, False]
-    moved = places.moved(planar(0.0, 2.0, 0.0))
-    assert moved.nearest(np.array([1.0, 2.0, 0.0])) == (0.0, 0.75)
 
 
 @pytest.mark.parametrize(
@@ -144,7 +146,7 @@ ANSWERS = (
 
 
 def answers_of(recording, model, kind="probability"):
-    return RecordingAnswers(recording, model, "a toy", 2, kind, ANSWERS)
+    return RecordingAnswers(recording, model, "a toy", 2, kind, ANSWERS, False, 0)
 
 
 def test_right_is_within_the_radius_and_believed_is_over_the_threshold():
@@ -157,7 +159,8 @@ def test_right_is_within_the_radius_and_believed_is_over_the_threshold():
     }  # fmt: skip
     assert "First place right: 2 of 4" in outcome.text and "A toy." in outcome.text
     assert "where a random place of the map is right in 12.5 %" in outcome.text
-    said = [row[5] for row in rows_in(outcome.text)[2:]]
+    said = [row[6] for row in rows_in(outcome.text)[2:]]
+    assert [row[5] for row in rows_in(outcome.text)[2:]] == ["12.5"] * 4 + ["0.0"] * 2
     assert said == ["right", "right", "wrong", "wrong", "there is none", "there is none"]
 
 
@@ -182,11 +185,7 @@ def test_page_and_rows_name_scores_as_what_they_are(tmp_path, kind):
 
 @pytest.mark.parametrize(("method", "kind"), [("belief", "probability"), ("paper", "similarity")])
 def test_a_recording_is_mapped_asked_and_its_answers_kept(recording, tmp_path, method, kind):
-    path = questions(
-        tmp_path,
-        '[[question]]\ntext = "sofa"\nmarks = [{frame = 0, pixel = [80, 60]}]\n'
-        '[[question]]\ntext = "dog"\n',
-    )
+    path = questions(tmp_path, MARK.format(0) + '[[question]]\ntext = "dog"\n')
     config = Config.model_validate({"clip": "embedded", "objectnav": {"method": method}})
     outcome = bench.run_questions(recording, path, config, tmp_path / "out")
     [kept] = Store(tmp_path / "out" / "answers.jsonl", RecordingAnswers).all()
@@ -194,6 +193,43 @@ def test_a_recording_is_mapped_asked_and_its_answers_kept(recording, tmp_path, m
     assert (kept.result.frames, kept.result.score_kind) == (2, kind)
     assert kept.result.model.startswith("embedded")
     assert questions_result(kept.result) == outcome
-    (recording / "groundtruth.txt").unlink()
-    with pytest.raises(ConfigError, match=r"groundtruth\.txt is missing"):
-        bench.run_questions(recording, path, config, tmp_path / "out")
+    assert "Its poses are the recorded ones." in outcome.text
+    (recording / "groundtruth.txt").unlink()  # the frames are alike: SLAM is lost in the second
+    again = bench.run_questions(recording, path, config, tmp_path / "out").text
+    assert "of our own SLAM, as none were recorded; frames without one, left out: 1." in again
+
+
+def test_poses_are_interpolated_where_their_neighbours_are_near():
+    stamps, poses = np.array([0.0, 0.1, 0.3]), [planar(x, 0.0, min(x, 1.0)) for x in (0, 1, 3)]
+    wanted = np.array([-0.02, 0.0, 0.05, 0.105, 0.2, 0.305, 0.32])
+    found = poses_at(wanted, stamps, np.array(poses))
+    np.testing.assert_allclose(found[:, 0, 3], [np.nan, 0.0, 0.5, 1.05, np.nan, 3.0, np.nan])
+    assert yaw_of(found[2]) == pytest.approx(0.5)
+    assert np.isnan(poses_at(wanted, stamps[:0], np.zeros((0, 4, 4)))).all()
+
+
+def test_a_frame_without_a_pose_is_left_out_and_said(recording, tmp_path, caplog):
+    truth, mark = recording / "groundtruth.txt", questions(tmp_path, MARK.format(1))
+    write_trajectory(truth, np.zeros(1), np.eye(4)[None])
+    with RecordedSequence(recording) as camera:
+        poses = recorded_poses(camera, recording)
+        for found in (poses, estimated_poses(camera, SlamConfig())):
+            assert np.isnan(found[:, 0, 0]).tolist() == [False, True]
+        assert caplog.text.count("has no pose of 1 of 2 frames: they are left out") == 2
+        with pytest.raises(ConfigError, match=r"mark 1, \(80, 60\) is in a frame without a pose"):
+            places_of(camera, read_questions(mark), poses)
+        write_trajectory(truth, np.arange(5.0, 7.0), np.array([np.eye(4)] * 2))
+        with pytest.raises(ConfigError, match=r"of 5\.0.* 2 of 2 frames; the frames are of 0\.0"):
+            recorded_poses(camera, recording)
+
+
+@pytest.mark.parametrize(("second", "now"), [(1.0, "tracking"), (np.nan, "lost")])
+def test_told_poses_are_seen_from_the_floor_under_the_first(recording, second, now):
+    poses = np.array([planar(2.0, 0.0, 0.0), second * planar(3.0, 0.0, 0.0)])
+    with RecordedSequence(recording) as camera:
+        slam = told_poses(camera, poses, KeyframeConfig())
+        told = [slam.track(camera.frame(i), None) for i in range(2)]
+    assert [each.tracking.value for each in told] == ["tracking", now]
+    np.testing.assert_allclose(told[0].T_map_cam, camera_mount(1.5, 0.0, 0.0), atol=1e-9)
+    T_first_second = invert(told[0].T_map_cam) @ told[1].T_map_cam
+    np.testing.assert_allclose(T_first_second, planar(now == "tracking", 0.0, 0.0), atol=1e-9)

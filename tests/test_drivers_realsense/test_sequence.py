@@ -134,7 +134,6 @@ def test_a_camera_json_that_is_wrong_is_named(folder, text):
         ("width", 10**400, "width"),
         ("no_depth", 65536, "no_depth: .* not '65536'"),
         ("no_depth", 0.5, "no_depth: .* not '0.5'"),
-        ("distortion", [0.2, 0.0, 0.0, 0.0], "distortion"),
         ("distortion", [0.2, 0.0, 0.0, 0.0, float("nan")], "distortion.4"),
         ("distortion", [9.0, 0, 0, 0, 0], r"\[9.0, .* shifts a pixel by 8\d.* at most"),
         ("distortion", [1e308, -1e308, 1e308, 0, 1e308], "shifts a pixel by (nan|inf)"),
@@ -296,8 +295,7 @@ def test_the_distortion_of_the_lens_is_taken_out_of_both_images(folder):
     raw[26, 36], rgb[26, 36] = 7500, 255
     cv2.imwrite(str(folder / "depth/1.0.png"), raw)
     cv2.imwrite(str(folder / "rgb/1.0.png"), rgb)
-    lens = {"distortion": [0.2, 0, 0, 0, 0]}
-    (folder / "camera.json").write_text(json.dumps(CAMERA | lens))
+    (folder / "camera.json").write_text(json.dumps(CAMERA | {"distortion": [0.2, 0, 0, 0, 0]}))
     with RecordedSequence(folder) as camera:
         frame = camera.read()
         assert camera.undistorted(36, 26) == (35, 25) and camera.undistorted(20, 15) == (20, 15)

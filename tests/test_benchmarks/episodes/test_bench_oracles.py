@@ -39,7 +39,7 @@ def frame(world):
 
 
 def test_the_true_pose_is_the_worlds_seen_from_the_start(world):
-    slam = TruePose(world, KeyframeConfig())
+    slam = TruePose.in_world(world, KeyframeConfig())
     first = slam.track(frame(world), None)
     assert np.allclose(first.T_map_cam, world.T_base_cam)
     assert first.is_keyframe and first.keyframe == 0
@@ -53,7 +53,7 @@ def test_the_true_pose_is_the_worlds_seen_from_the_start(world):
 
 
 def test_keyframes_of_the_true_pose_are_a_way_or_a_turn_apart(world):
-    slam = TruePose(world, KeyframeConfig(distance=0.25, angle=0.25))
+    slam = TruePose.in_world(world, KeyframeConfig(distance=0.25, angle=0.25))
     poses = [(1.2, 2.0, 0.3), (1.3, 2.0, 0.3), (1.5, 2.0, 0.3), (1.5, 2.0, 0.6), (1.5, 2.0, 0.7)]
     new = []
     for pose in poses:
