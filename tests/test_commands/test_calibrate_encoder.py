@@ -4,6 +4,7 @@ import pytest
 
 from mapping.clip.fitted.calibration import calibration_file, encoder_hash, read_calibration
 from mapping.clip.fitted.encoder import CalibratedEncoder, calibrated
+from sim_stubs.homes.home import home
 from tests.helpers.bundles import calibration_for
 from vizbot.commands import calibrate_encoder
 from vizbot.core.errors import DeviceError
@@ -49,9 +50,18 @@ def offer(monkeypatch):
     return offer
 
 
+@pytest.fixture(scope="module")
+def house():
+    """A home of plain shapes, whatever is installed."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sim_stubs.homes.home._catalogue", tuple)
+        return home(916)
+
+
 @pytest.fixture
-def tiny_list(monkeypatch):
-    """Two homes of few views, whatever is installed."""
+def tiny_list(monkeypatch, house):
+    """Two walks of few views in that home."""
+    monkeypatch.setattr(view_list, "home", lambda seed: house)
     monkeypatch.setattr(view_list, "VIEWS_OF_HOME", VIEWS)
     monkeypatch.setattr(calibration, "VIEWS_OF_HOME", VIEWS)
     monkeypatch.setattr(view_list, "list_homes", lambda jar: HOMES)
