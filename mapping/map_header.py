@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 
-from mapping.clip.fitted.calibration import EncoderCalibration
+from mapping.clip.fitted.calibration import LIST_OF_VIEWS, EncoderCalibration
 from mapping.map_arrays import FARTHEST, is_rigid
 from vizbot.core.camera_limits import require_camera
 from vizbot.core.errors import MapError
@@ -50,7 +50,8 @@ class MapHeader(Settings):
     pictures_id: str | None = Field(default=None, max_length=100)
     """Of the bank of pictures that is embedded in the map."""
     calibration: EncoderCalibration | None = None
-    """Numbers of the belief that were fitted to the encoder; None for those that come along."""
+    """Numbers of the belief that were fitted to the encoder; None for those that come along. The
+    file has them only where they are fitted."""
     keep_out: tuple[_Zone, ...] = Field(default=(), max_length=1000)
     counts: dict[str, int]
     """Number of rows of each group, for readers of this file alone."""
@@ -58,6 +59,13 @@ class MapHeader(Settings):
     tensors_sha256: str
     header_sha256: str | None = None
     """Of the rest of this file as JSON with sorted keys; None before it is written."""
+
+    @field_validator("calibration", mode="before")
+    @classmethod
+    def _of_this_list(cls, raw: Any) -> Any:
+        """Numbers of another list of views count as none: the map is as good without them."""
+        views = raw.get("views") if isinstance(raw, dict) else None
+        return None if isinstance(views, int) and views != LIST_OF_VIEWS else raw
 
     @model_validator(mode="after")
     def _physical(self) -> Self:
@@ -69,7 +77,8 @@ class MapHeader(Settings):
 
     def content(self) -> bytes:
         """The file's content, with its checksum."""
-        raw = self.model_dump(mode="json", exclude={"header_sha256"})
+        absent = {"header_sha256", *(() if self.calibration else ("calibration",))}
+        raw = self.model_dump(mode="json", exclude=absent)
         return json.dumps(raw | {"header_sha256": _checksum(raw)}, indent=2).encode()
 
 
@@ -97,6 +106,13 @@ def read_header(folder: Path) -> MapHeader:
         _require_checksum(raw)
         return MapHeader.model_validate(raw)
     except ValidationError as error:
+        for wrong in error.errors(include_url=False):
+            if wrong["type"] == "extra_forbidden":
+                field = ".".join(map(str, wrong["loc"]))
+                raise MapError(
+                    f"the map {folder} is of another vizbot, its {HEADER} has {repr(field)[:80]}:"
+                    " open it with that one, or build it again"
+                ) from error
         raise damaged(folder, HEADER, ValueError(fault_of(error))) from error
     except (ValueError, OverflowError) as error:
         raise damaged(folder, HEADER, error) from error

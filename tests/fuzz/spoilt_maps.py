@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import safetensors.numpy
 
+from mapping.clip.fitted.calibration import LIST_OF_VIEWS
 from mapping.map_bundle import save
 from tests.fuzz.trial import Allowed, Spoilt
 from tests.helpers.bundles import GROUPS, bundle_of
@@ -226,6 +227,7 @@ def _wrong_headers() -> Iterator[Spoilt]:
         "counts": [{}, None, {"keyframes": -1}, {"keyframes": 3, "elements": 10**30}],
         "tensors_size": [0, -1, 2**62, None],
         "tensors_sha256": ["", None, "0" * 64],
+        "calibration": [5, [], {}, {"views": LIST_OF_VIEWS}],
         "unknown": [1],
         "format": ["another", None, 7],
     }
