@@ -208,6 +208,7 @@ def calibration_for(encoder, **changes):
         "encoder_hash": encoder_hash(encoder),
         "views": LIST_OF_VIEWS,
         "homes": ("916", "Studio"),
+        "phrasings": ("{}",),
         "scale": 50.0,
         "bias": -45.0,
         "threshold": 0.9,

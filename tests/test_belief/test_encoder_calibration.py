@@ -3,6 +3,7 @@
 import json
 import logging
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -28,11 +29,15 @@ from mapping.clip.fitted.encoder import (
     calibration_to_ask_with,
     weights_of,
 )
+from mapping.clip.fitted.phrasings import BARE, ENSEMBLE
 from sim_stubs.faults.faulty_program import FaultyEncoder
+from tests.fuzz.spoilt_maps import seal
 from tests.helpers.bundles import bundle_of, calibration_for
-from vizbot.core.errors import ConfigError
+from vizbot.core.errors import ConfigError, MapError
 from vizbot.objectnav.candidates import question_of
 from vizbot.objectnav.tasks import goal_of
+from vizbot.rehearsal.belief_fit.cosine_fit import fit_cosines
+from vizbot.rehearsal.belief_fit.seen_home import ShownPlaces
 from vizbot.rig import calibration_line
 
 
@@ -66,6 +71,42 @@ def test_an_encoder_has_what_was_fitted_to_it(mean_colours):
         assert (goal.threshold, question.log_odds) == (0.9, (50.0, -45.0))
         assert question.weights.join[-1] == -1.0 != fitted_weights().join[-1]
         assert calibration_of(each) == fitted
+
+
+def test_the_belief_asks_by_phrasings_and_the_paper_by_bare_words(mean_colours):
+    fitted = calibration_for(mean_colours, phrasings=ENSEMBLE)
+    goal = goal_of(CalibratedEncoder(mean_colours, fitted, "here"), "a kitchen")
+    rows = mean_colours.embed_texts(["a kitchen", "a photo of a kitchen", "a kitchen in a room"])
+    np.testing.assert_array_equal(goal.embedding, rows[0])
+    mean = rows.mean(axis=0) / np.linalg.norm(rows.mean(axis=0))
+    np.testing.assert_allclose(question_of(goal).embedding, mean, rtol=1e-6)
+    plain = question_of(goal_of(mean_colours, "a kitchen"))
+    np.testing.assert_array_equal(plain.embedding, rows[0])
+
+
+def worded(bare, phrased):
+    """An encoder to which a sofa is one vector, and any sentence about it another one."""
+    return SimpleNamespace(
+        embed_texts=lambda texts: np.array([bare if text == "sofa" else phrased for text in texts])
+    )
+
+
+@pytest.mark.parametrize("helps", [True, False])
+def test_phrasings_are_fitted_where_they_help_in_both_halves_of_the_homes(helps):
+    right, wrong = np.float32([1.0, 0.0, 0.0]), np.float32([0.6, 0.8, 0.0])
+    bare, phrased = (wrong, right) if helps else (right, wrong)
+    rng, rows = np.random.default_rng(0), np.arange(400)
+    homes = []
+    for there in rng.random((2, 1, 400)) < 0.2:
+        vectors = np.float32([0.05, 0.2, 0.2]) * rng.normal(size=(400, 3)).astype(np.float32)
+        vectors[:, 0] += 0.2 * there[0]
+        shown, places = np.stack([rows] * 3, axis=1), np.stack([rows, 0 * rows], axis=1)
+        true = {"sofa": (there, np.zeros(2, np.int64))}
+        homes.append(ShownPlaces(vectors, shown, *[rows] * 2, places, *[rows] * 4, true))
+    found = fit_cosines(homes, worded(bare, phrased))
+    assert found.phrasings == (ENSEMBLE if helps else BARE) and found.log_odds[0] > 0.0
+    of_bare = fit_cosines(homes, worded(bare, np.float32([0.0, 0.0, 1.0])))
+    assert of_bare.phrasings == BARE and found.threshold == of_bare.threshold
 
 
 def test_a_map_is_asked_with_its_own_numbers_where_there_are_no_others(mean_colours, tmp_path):
@@ -158,7 +199,26 @@ def test_a_map_keeps_the_numbers_that_it_was_made_with(mean_colours, tmp_path):
     map_bundle.save(replace(bundle_of(), calibration=fitted), tmp_path / "home")
     assert map_bundle.load(tmp_path / "home").calibration == fitted
     map_bundle.save(bundle_of(), tmp_path / "other")
+    assert "calibration" not in json.loads((tmp_path / "other" / "map.json").read_text())
     assert map_bundle.load(tmp_path / "other").calibration is None
+
+
+def test_a_map_is_read_without_numbers_of_another_list_of_views(mean_colours, tmp_path):
+    map_bundle.save(bundle_of(), tmp_path / "home")
+    seal(tmp_path / "home", calibration={"views": 0, "of": "another vizbot"})
+    assert map_bundle.load(tmp_path / "home").calibration is None
+    raw = calibration_for(mean_colours).model_dump(mode="json")
+    for changes, words in (
+        ({"calibration": raw | {"scale": -1.0}}, "damaged \\(map.json: calibration.scale"),
+        (
+            {"calibration": raw | {"hue": 1}},
+            "of another vizbot, its map.json has 'calibration.hue'",
+        ),
+        ({"calibration": None, "hue": 1}, "of another vizbot, its map.json has 'hue': open it"),
+    ):
+        seal(tmp_path / "home", **changes)
+        with pytest.raises(MapError, match=words):
+            map_bundle.load(tmp_path / "home")
 
 
 def test_a_bench_takes_what_its_options_name_and_nothing_that_a_user_has_fitted(tmp_path):

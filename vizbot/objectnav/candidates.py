@@ -29,7 +29,8 @@ NOTHING_SEEN = PlaceBelief(
 
 def question_of(goal: Goal) -> Query:
     """The question by which places are believed to be a goal."""
-    return Query(goal.embedding, goal.log_odds, goal.rivals, goal.weights)
+    asked = goal.embedding if goal.asked is None else goal.asked
+    return Query(asked, goal.log_odds, goal.rivals, goal.weights)
 
 
 def believed_places(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mapping.clip.background.phrases import other_rooms
 from mapping.clip.evidence import Weights, fitted_weights
-from mapping.clip.fitted.encoder import weights_of
+from mapping.clip.fitted.encoder import embed_asked, weights_of
 from vizbot.core.observer import OpenQuestion, Outcome
 from vizbot.core.types import Twist
 
@@ -41,13 +41,14 @@ class Goal:
 
     Attributes:
         text: The goal in the user's words.
-        embedding: (D,) float32 unit, by the encoder of the run.
+        embedding: (D,) float32 unit, of the bare words, by the encoder of the run.
         threshold: Theta, for the method `paper`.
         note: How the encoder understands the words, in one line; None where it needs no saying.
         rivals: (R, D) embeddings of what a place may be instead, as in `Query`; only rooms have
             any.
         log_odds: Scale and bias of the encoder, as in `TextEncoder`; None where they are not known.
         weights: Of the belief, as they were fitted to the encoder.
+        asked: (D,) what the belief asks by; None where that is `embedding`.
     """
 
     text: str
@@ -57,6 +58,7 @@ class Goal:
     rivals: Sequence[NDArray[np.float32]] = ()
     log_odds: tuple[float, float] | None = None
     weights: Weights = field(default_factory=fitted_weights)
+    asked: NDArray[np.float32] | None = None
 
     @property
     def is_room(self) -> bool:
@@ -71,10 +73,11 @@ def goal_of(encoder: TextEncoder, text: str, threshold: float | None = None) -> 
         ConfigError: the encoder has no name for them.
     """
     reading = encoder.reading(text)
-    embedding, *rivals = encoder.embed_texts([reading.text, *other_rooms(reading.text)])
+    [embedding] = encoder.embed_texts([reading.text])
+    asked, *rivals = embed_asked(encoder, [reading.text, *other_rooms(reading.text)])
     least = encoder.threshold if threshold is None else threshold
     weights = weights_of(encoder)
-    return Goal(text, embedding, least, reading.note, rivals, encoder.log_odds, weights)
+    return Goal(text, embedding, least, reading.note, rivals, encoder.log_odds, weights, asked)
 
 
 @dataclass(frozen=True, slots=True)

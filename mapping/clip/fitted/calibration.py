@@ -35,6 +35,7 @@ _LARGEST = 256 * 1024
 _REMEDY = "`vizbot calibrate encoder` fits them anew"
 _Number = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 _Twenty = Annotated[tuple[_Number, ...], Field(min_length=20, max_length=20)]
+_Phrasing = Annotated[str, Field(max_length=200, pattern=r"^[^{}]*\{\}[^{}]*$")]
 _Share = Annotated[float, Field(ge=0.0, le=1.0)]
 _Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
@@ -61,13 +62,15 @@ class EncoderCalibration(Settings):
         encoder_hash: Of its weights (`encoder_hash`).
         views: `LIST_OF_VIEWS` of the program that fitted.
         homes: The homes that the views are of.
+        phrasings: Sentences that together stand for a goal (`mapping.clip.fitted.phrasings`); the
+            method `paper` takes the bare words, whatever they are.
         scale: Makes, with `bias`, log odds of a cosine.
         bias: Log odds of cosine 0.
         threshold: Cosine above which an image matches a text, for the method `paper`.
         near: Weights of a view from near (`mapping.clip.evidence`).
         far: Weights of a view from afar.
         join: Weights of all views of a place (`mapping.clip.place_views`).
-        reliability: Of places in homes that the numbers were not fitted to, from what is believed
+        reliability: Of places in homes that the weights were not fitted to, from what is believed
             least on.
         calibration_error: Mean difference of what is believed and what is true there, by places
             [1].
@@ -78,6 +81,7 @@ class EncoderCalibration(Settings):
     encoder_hash: _Hash
     views: int
     homes: tuple[Annotated[str, Field(max_length=200)], ...] = Field(max_length=1000)
+    phrasings: tuple[_Phrasing, ...] = Field(min_length=1, max_length=10)
     scale: float = Field(gt=0.0, le=100_000.0)
     bias: float = Field(ge=-100_000.0, le=100_000.0)
     threshold: float = Field(gt=-1.0, lt=1.0)
@@ -202,7 +206,7 @@ def reliability_page(fitted: EncoderCalibration) -> str:
             f"# The belief with {fitted.model_id}",
             "",
             f"Fitted to views of {len(fitted.homes)} homes: {', '.join(fitted.homes)}. The table"
-            " is of places in the half of them that the numbers were not fitted to, by turns.",
+            " is of places in the half of them that the weights were not fitted to, by turns.",
             "",
             "| believed | true | places |",
             "|---|---|---|",
@@ -210,7 +214,8 @@ def reliability_page(fitted: EncoderCalibration) -> str:
             "",
             f"Mean difference of the two, by places: {fitted.calibration_error:.3f}."
             f" Log odds of a cosine c: {fitted.scale:.3g} c {fitted.bias:+.3g}. Threshold of the"
-            f" method `paper`: {fitted.threshold:.3f}.",
+            f" method `paper`: {fitted.threshold:.3f}. A sofa is asked for by:"
+            f" {', '.join(each.replace('{}', 'sofa') for each in fitted.phrasings)}.",
             "",
         ]
     )

@@ -17,6 +17,7 @@ from mapping.clip.fitted.calibration import (
     read_calibration,
     require_same_encoder,
 )
+from mapping.clip.fitted.phrasings import BARE, embed_phrased
 from mapping.clip.reading import Reading
 
 if TYPE_CHECKING:  # its module loads torch
@@ -102,6 +103,12 @@ def weights_of(encoder: TextEncoder) -> Weights:
     """The weights of the belief for an encoder."""
     fitted = calibration_of(encoder)
     return fitted_weights() if fitted is None else fitted.weights
+
+
+def embed_asked(encoder: TextEncoder, texts: Sequence[str]) -> NDArray[np.float32]:
+    """Embeddings (N, D), unit rows, of texts as the belief asks by them."""
+    fitted = calibration_of(encoder)
+    return embed_phrased(encoder, texts, BARE if fitted is None else fitted.phrasings)
 
 
 def calibrated(encoder: ClipEncoder, file: Path | None = None) -> ClipEncoder:

@@ -93,22 +93,29 @@ def calibrate_encoder(
         DeviceError: the machine cannot render, or has too little memory for the encoder.
     """
     background = Background.embedded_by(encoder, on_bank)
-    shown = [_shown_in(each, encoder, folder, on_view) for each in homes]
-    log_odds, threshold = fit_cosines(shown, encoder)
-    seen = [seen_in(each, encoder, background, log_odds) for each in shown]
+    shown = [shown_in(each, encoder, folder, on_view) for each in homes]
+    cosines = fit_cosines(shown, encoder)
+    seen = [
+        seen_in(each, encoder, background, cosines.log_odds, cosines.phrasings) for each in shown
+    ]
     weights = fitted(seen, walks=along_the_views)
     near, far, join = (
         tuple(each.round(5).tolist()) for each in (weights.near, weights.far, weights.join)
     )
-    reliability, error = _reliability(seen)
+    halves = [
+        believed(seen[1 - half :: 2], fitted(seen[half::2], walks=along_the_views), along_the_views)
+        for half in (0, 1)
+    ]
+    reliability, error = reliability_of(*(np.concatenate(of) for of in zip(*halves, strict=True)))
     return EncoderCalibration(
         model_id=encoder.model_id,
         encoder_hash=encoder_hash(encoder),
         views=LIST_OF_VIEWS,
         homes=tuple(each.name for each in homes),
-        scale=log_odds[0],
-        bias=log_odds[1],
-        threshold=threshold,
+        phrasings=cosines.phrasings,
+        scale=cosines.log_odds[0],
+        bias=cosines.log_odds[1],
+        threshold=cosines.threshold,
         near=near,
         far=far,
         join=join,
@@ -123,10 +130,13 @@ def along_the_views(home: SeenHome, rng: np.random.Generator) -> Sequence[int]:
     return range(int(rng.integers(count // 2 + 1)), count)
 
 
-def _shown_in(
-    listed: ListedHome, encoder: ClipEncoder, folder: Path, on_view: Callable[[], None]
+def shown_in(
+    listed: ListedHome,
+    encoder: ClipEncoder,
+    folder: Path,
+    on_view: Callable[[], None] = lambda: None,
 ) -> ShownPlaces:
-    """What the views of a home show, each new one kept soon after it was taken."""
+    """What the views of a home show, each new one kept in `folder` soon after it was taken."""
     house, body = listed.house(), RehearsalConfig().world
     with World(house, body, seed=listed.seed) as world:
         places = Places.in_world(world)
@@ -145,18 +155,17 @@ def _shown_in(
         return shown_from(views, places, stations)
 
 
-def _reliability(seen: Sequence[SeenHome]) -> tuple[tuple[ReliabilityBin, ...], float]:
-    """How well what is believed fits in the half of the homes that the weights were not fitted to.
+def reliability_of(
+    probabilities: NDArray[np.float64],
+    outcomes: NDArray[np.float64],
+    weights: NDArray[np.float64],
+) -> tuple[tuple[ReliabilityBin, ...], float]:
+    """How well what is believed fits, from what `believed` returns.
 
     Returns:
         A row for each part of the range of probabilities that has places, and the mean difference
         of what is believed and what is true, by places.
     """
-    halves = [
-        believed(seen[1 - half :: 2], fitted(seen[half::2], walks=along_the_views), along_the_views)
-        for half in (0, 1)
-    ]
-    probabilities, outcomes, weights = (np.concatenate(each) for each in zip(*halves, strict=True))
     part = np.clip(np.digitize(probabilities, _EDGES) - 1, 0, len(_EDGES) - 2)
     rows, differences = [], 0.0
     for i in range(len(_EDGES) - 1):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mapping.clip.background.phrases import other_rooms
 from mapping.clip.evidence import features
+from mapping.clip.fitted.phrasings import BARE, embed_phrased
 from mapping.clip.footprint import PLACE
 from mapping.clip.scores import Background, Query
 from sim_stubs.scoring.success import GOALS
@@ -127,6 +128,7 @@ def seen_in(
     encoder: TextEncoder,
     background: Background,
     log_odds: tuple[float, float] | None,
+    phrasings: Sequence[str] = BARE,
 ) -> SeenHome:
     """Ask the views for every goal that the home has.
 
@@ -135,13 +137,14 @@ def seen_in(
         encoder: Embeds the goals.
         background: As that encoder embeds it.
         log_odds: Scale and bias of the encoder, or those that are to be used; None for none.
+        phrasings: Sentences that together stand for a goal.
     """
     statistics = background.statistics(shown.embeddings)
     asked = list(
         dict.fromkeys([*shown.true, *(each for goal in shown.true for each in other_rooms(goal))])
     )
     found, likeness = {}, {}
-    for goal, text in zip(asked, encoder.embed_texts(asked), strict=True):
+    for goal, text in zip(asked, embed_phrased(encoder, asked, phrasings), strict=True):
         question = Query(text, log_odds)
         scores = question.scores(shown.embeddings, statistics)
         tail = question.tail(background.pictures)
