@@ -132,13 +132,12 @@ def test_a_file_that_does_not_fit_is_refused_and_the_one_before_stays(
     ("missing", "words"),
     [("mujoco", "pip install mujoco"), ("furniture", "apt install sweethome3d-furniture")],
 )
-def test_what_is_missing_is_said_before_the_encoder_opens(run, monkeypatch, missing, words):
-    monkeypatch.setattr(calibrate_encoder, "open_encoder", lambda *_: pytest.fail("opened"))
+def test_what_is_missing_is_said_before_the_encoder_is(run, monkeypatch, missing, words):
     if missing == "mujoco":
         monkeypatch.setattr(view_list, "find_spec", lambda name: None)
     else:
         monkeypatch.setattr(view_list, "read_catalogue", tuple)
-    code, _, err = run("calibrate", "encoder")
+    code, _, err = run("calibrate", "encoder", "--clip", "no/such")
     assert code == 1 and words in err and len(err.splitlines()) == 1
 
 

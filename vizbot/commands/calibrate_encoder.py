@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from mapping.clip.fitted.calibration import (
     EncoderCalibration,
@@ -24,6 +25,9 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import require_folder
 from vizbot.operator.printing import echo
 from vizbot.rig import open_encoder, require_encoder
+
+if TYPE_CHECKING:  # its module loads the simulator
+    from vizbot.rehearsal.belief_fit.view_list import ListedHome
 
 _EVERY = 10.0
 """Time between two lines of progress [s]."""
@@ -44,6 +48,7 @@ def run(options: CalibrateEncoderOptions) -> None:
         raise ConfigError(f"--use {options.use} renders no homes; leave out --jar {options.jar}")
     config = load_settings(options.config, options.clip)
     taken = None if options.use is None else read_calibration(options.use)
+    homes = _homes(options.jar) if taken is None else []
     require_encoder(config.clip, config.device)
     try:
         require_folder(calibration_folder())
@@ -56,20 +61,24 @@ def run(options: CalibrateEncoderOptions) -> None:
         require_same_encoder(taken, encoder_hash(encoder), encoder.model_id, options.use)
         _keep(taken)
         return
-    _fit(config, options.jar)
+    _fit(config, homes)
 
 
-def _fit(config: Config, jar: Path | None) -> None:
-    from vizbot.rehearsal.belief_fit.view_list import VIEWS_OF_HOME, list_homes, require_simulator
+def _homes(jar: Path | None) -> list[ListedHome]:
+    from vizbot.rehearsal.belief_fit.view_list import list_homes, require_simulator
 
     require_simulator()
-    homes = list_homes(jar)
+    return list_homes(jar)
+
+
+def _fit(config: Config, homes: Sequence[ListedHome]) -> None:
     from vizbot.rehearsal.belief_fit.calibration import (
         calibrate_encoder,
         seconds_a_view,
         views_folder,
         views_left,
     )
+    from vizbot.rehearsal.belief_fit.view_list import VIEWS_OF_HOME
 
     encoder = open_encoder(config.clip, config.device, config.half)
     folder = views_folder(encoder_hash(encoder))
@@ -106,16 +115,20 @@ class _Progress:
     def __init__(self, of: int, now: Callable[[], float] = time.monotonic) -> None:
         """Begin; `of` views are to be taken, and `now` reads a monotonic clock [s]."""
         self._of, self._now, self._done = of, now, 0
-        self._began = self._said = now()
+        self._said = now()
+        self._first: float | None = None
 
     def count(self) -> None:
         """Count a view, and say so if the last line is old enough."""
         now = self._now()
         self._done += 1
+        if self._first is None:
+            self._first = now  # before it a home was drawn, perhaps one whose views are kept
+            return
         if self._done < self._of and now - self._said < _EVERY:
             return
         self._said = now
-        left = (now - self._began) / self._done * (self._of - self._done)
+        left = (now - self._first) / (self._done - 1) * (self._of - self._done)
         about = f", about {_duration(left)} left" if self._done < self._of else ""
         echo(f"{self._done} of {self._of} views{about}", err=True)
 
