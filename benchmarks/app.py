@@ -12,6 +12,7 @@ import typer
 
 from benchmarks.claims import pages
 from benchmarks.encoder import bench as encoder
+from benchmarks.encoder import families
 from benchmarks.episodes.episode import EncoderScale, Home
 from benchmarks.episodes.homes import FIRST_HOME
 from benchmarks.fast_world import bench as fast_world
@@ -318,12 +319,31 @@ def run_encoder(
             help="Read what is marked in the recording from this file; once for each --sequence.",
         ),
     ] = None,
+    named: Annotated[
+        str | None,
+        typer.Option(
+            "--families",
+            metavar="NAMES",
+            help="Fit the belief to all of these encoders but one, each in turn, and judge it by"
+            " that one: embedded,photos; versions of one encoder are joined by +.",
+        ),
+    ] = None,
     quick: QuickOption = False,
     config: SettingsOption = None,
     out: OutOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Ask patches of pictures what they show."""
+    if named is not None:
+        if any(each is not None for each in (clip, use, seeds, worlds, sequences, marks)):
+            raise ConfigError(
+                f"--families {named} names its encoders and has its homes; leave out --clip, --use,"
+                " --seeds, --worlds, --sequence and --questions"
+            )
+        folder = folder_for(out, RUNS / "families")
+        compared = families.families_bench(load_config(config, None), named, quick, folder)
+        _print(families.run_families(compared), as_json)
+        return
     homes = seeds_of(seeds) or encoder.HOMES
     asked = encoder.EncoderBench(
         with_calibration(load_config(config, clip), use),

@@ -1,11 +1,14 @@
 """`vizbot bench encoder`: how separation is counted, what marks show, what is kept and printed."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import torch
 
-from benchmarks.encoder import bench
+from benchmarks.encoder import bench, families
 from benchmarks.encoder.bench import Asked, EncoderAnswers, EncoderBench, encoder_page
+from benchmarks.encoder.families import FamilyTable, Judged, Member, families_result
 from benchmarks.encoder.recordings import shown_in
 from benchmarks.encoder.separation import (
     AskedPatches,
@@ -205,3 +208,35 @@ def test_what_cannot_be_asked_is_refused_in_one_line(vizbot, options, said):
     code, _, err = vizbot("encoder", *options)
     assert code == 1
     assert said in err and err.count("\n") == 1
+
+
+class JudgedMember:
+    """Stands for a member of a family, and is judged by nothing but the weights that it gets."""
+
+    fitted = ()
+
+    def __init__(self, name, log_odds=None):
+        self.encoder = SimpleNamespace(model_id=name, log_odds=log_odds)
+        self.asked = lambda shown, log_odds: [name]
+        self.judge = lambda weights, log_odds: weights
+        self.judge_own = lambda: name
+
+
+def test_a_family_is_judged_by_what_is_fitted_to_the_others(monkeypatch):
+    monkeypatch.setattr(families, "_weights", list)
+    known = (1.0, 0.0)
+    a, b = ([JudgedMember(each, known), JudgedMember(f"{each}-unknown")] for each in "ab")
+    found = families._judged([a, b, [JudgedMember("c")]])
+    assert {each.member: each.by_others for each in found} == {
+        "a": ["b"], "a-unknown": ["b-unknown", "c"], "b": ["a"], "b-unknown": ["a-unknown", "c"],
+        "c": ["a-unknown", "b-unknown"],
+    }  # fmt: skip
+
+
+def test_the_figure_is_the_worst_family():
+    own = Judged(0.1, 0.02)
+    members = Member("a", "a", Judged(0.2, 0.03), own, own), Member("b", "b2", own, own, own)
+    assert families_result(FamilyTable(members)).summary == {
+        "worst_family": "a", "worst_log_loss": 0.2, "worst_calibration_error": 0.03,
+        "worst_cost": 0.1,
+    }  # fmt: skip
