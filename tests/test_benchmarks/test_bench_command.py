@@ -213,13 +213,15 @@ def test_bare_homes_are_kept_apart_and_drive_the_default_row_alone(
 
 
 HELP = {
-    "objectnav": ("--seeds --quick --rows --clip --config --out --json --worlds --goals --fast"
-                  " --method --encoder-scale"),
-    "multi": "--seeds --quick --rows --clip --config --out --json --method",
-    "retrieval": "--seeds --quick --rows --clip --config --out --json --encoder-scale",
-    "absent": "--seeds --quick --rows --clip --config --out --json --encoder-scale",
+    "objectnav": ("--seeds --quick --rows --clip --use --config --out --json --worlds --goals"
+                  " --fast --method --encoder-scale"),
+    "multi": "--seeds --quick --rows --clip --use --config --out --json --method",
+    "retrieval": "--seeds --quick --rows --clip --use --config --out --json --encoder-scale",
+    "absent": "--seeds --quick --rows --clip --use --config --out --json --encoder-scale",
     "slam": "--seeds --hours --stride --vocabulary --intrinsics --quick --config --out --json",
-    "questions": "--questions --clip --config --out --json",
+    "questions": "--questions --clip --use --config --out --json",
+    "encoder": ("--clip --use --seeds --worlds --sequence --questions --families --quick --config"
+                " --out --json"),
     "planner": "--quick --out --json",
     "loop": "--quick --against --json",
     "faults": "--seeds --quick --out --json",
