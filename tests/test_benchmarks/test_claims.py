@@ -8,7 +8,7 @@ import pytest
 from benchmarks.claims import pages
 from benchmarks.claims.claims import kept_facts, read_claims
 from benchmarks.claims.pages import BEGIN, END
-from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult
+from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, HomeGoals
 from benchmarks.harness.store import Store
 from tests.helpers.checkout import ROOT
 from vizbot.core.errors import ConfigError
@@ -127,6 +127,22 @@ def test_rows_become_rates_in_percent_and_equal_paths_are_counted(tmp_path):
 def test_every_figure_of_this_repository_is_what_its_rows_say(monkeypatch):
     monkeypatch.chdir(ROOT)
     assert pages.problems() == []
+
+
+def test_judged_homes_are_driven_to_the_goals_that_were_counted_before():
+    rows = ROOT / pages.ROWS
+    driven = {
+        stored.result.home: stored.result.goals
+        for board in ("others", "search")
+        for stored in Store(rows / board / "homes.jsonl", HomeGoals).fullest()
+    }
+    counted = {
+        stored.result.home: stored.result.goals
+        for stored in Store(rows / "goals" / "homes.jsonl", HomeGoals).fullest()
+    }
+    both = counted.keys() & driven.keys()
+    assert len(both) >= 4
+    assert {home: driven[home] for home in both} == {home: counted[home] for home in both}
 
 
 def test_a_table_of_results_that_was_changed_by_hand_is_found(tmp_path, monkeypatch):
