@@ -24,7 +24,8 @@ from sim_stubs.homes.geometry.house import House, Instance
 from sim_stubs.homes.geometry.solids import Part, Piece
 from sim_stubs.homes.home import home
 from sim_stubs.world.world_file import read_world
-from training.variety import keeps_colours, varied
+from training.models import read_models
+from training.variety import another, keeps_colours, varied
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import COLOURS
 from vizbot.rehearsal.belief_fit.view_list import SEEN_WORLDS
@@ -55,6 +56,8 @@ class Mixture(StrEnum):
     """Rooms of others with our furniture."""
     THEIRS = "theirs"
     """Rooms and furniture of others."""
+    MAKERS = "makers"
+    """Rooms of ours and of others in turn, with models of several makers (`training.models`)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,11 +68,13 @@ class TrainingHome:
         mixture: Where rooms and furniture come from.
         seed: Of all that is drawn; of our rooms, the seed of the home.
         jar: Sweet Home 3D, with its example homes; None where it is not needed.
+        models: Folder of the models of several makers; None where it is not needed.
     """
 
     mixture: Mixture
     seed: int
     jar: Path | None = None
+    models: Path | None = None
 
     @property
     def name(self) -> str:
@@ -94,6 +99,10 @@ class TrainingHome:
                 return painted(refurnished(self._example(), our_piece, rng), rng)
             case Mixture.THEIRS:
                 return painted(self._example(), rng)
+            case Mixture.MAKERS:
+                furnisher = self._made()
+                rooms = self._example() if self.seed % 2 else home(self.seed)
+                return painted(refurnished(rooms, furnisher, rng), rng)
 
     def _example(self) -> House:
         """The example home of this seed; they take turns."""
@@ -101,10 +110,16 @@ class TrainingHome:
 
     def _theirs(self) -> Furnisher:
         models = models_in([_read(self._require_jar() / name) for name in SEEN_WORLDS])
+        return lambda label, rng: _one_of(models.get(label, ()), rng)
+
+    def _made(self) -> Furnisher:
+        if self.models is None:
+            raise ConfigError(f"training home {self.name} needs models; give them by --models")
+        models = read_models(self.models)
 
         def piece(label: str, rng: np.random.Generator) -> Piece | None:
-            of_label = models.get(label)
-            return of_label[int(rng.integers(len(of_label)))] if of_label else None
+            drawn = _one_of(models.get(label, ()), rng)
+            return None if drawn is None else another(drawn, rng)
 
         return piece
 
@@ -116,6 +131,10 @@ class TrainingHome:
 
 Furnisher = Callable[[str, np.random.Generator], Piece | None]
 """Returns one model of a class; None where there is none."""
+
+
+def _one_of(models: Sequence[Piece], rng: np.random.Generator) -> Piece | None:
+    return models[int(rng.integers(len(models)))] if models else None
 
 
 @lru_cache(maxsize=len(SEEN_WORLDS))

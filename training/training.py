@@ -35,6 +35,7 @@ from training.captions.captions import draw_captions, draw_negatives, draw_texts
 from training.captions.facts import FACT_INDEX, FACTS, Facts
 from training.evaluation import embed
 from training.homes import Mixture, TrainingHome
+from training.lessons import NAMES, Lessons
 from training.text_stage import (
     TextStageConfig,
     embedded,
@@ -173,7 +174,12 @@ class TrainingConfig(BaseModel):
 
 
 def train(
-    pool: PatchPool, tokenizer: Tokenizer, model: Clip, folder: Path, config: StepsConfig
+    pool: PatchPool,
+    tokenizer: Tokenizer,
+    model: Clip,
+    folder: Path,
+    config: StepsConfig,
+    lessons: Lessons | None = None,
 ) -> Clip:
     """Train what is not frozen of a model, from the checkpoint in `folder` on if there is one.
 
@@ -183,6 +189,7 @@ def train(
         model: Where training starts; its tensors are changed.
         folder: Folder of the checkpoint.
         config: Settings of the steps.
+        lessons: Photographs to learn from as well, a quarter as many in each step.
 
     Returns:
         The running mean of the weights, after all steps.
@@ -215,6 +222,11 @@ def train(
         truth = torch.from_numpy(truth_of(captions, facts, changed)).to(device)
         values = augmented(to_values(torch.from_numpy(pixels)), rng).to(device)
         ids = to_ids(tokenizer, [caption.text for caption in captions]).to(device)
+        if lessons is not None:
+            taught = rng.integers(len(lessons.pixels), size=config.batch // 4)
+            real = augmented(to_values(torch.from_numpy(lessons.pixels[taught])), rng)
+            values = torch.cat([values, real.to(device)])
+            ids = torch.cat([ids, to_ids(tokenizer, NAMES).to(device)])
         # In 16 bits the fused attention takes ten times as long for its gradient on a CPU.
         with (
             torch.autocast(device.type, torch.bfloat16, enabled=half),
@@ -222,7 +234,11 @@ def train(
         ):
             texts = embedded(model.text_tower, ids).float()
             images = model.image_tower(values).float()
-        loss = contrastive_loss(model.log_odds(images, texts), truth)
+        scores, (patches, said) = model.log_odds(images, texts), truth.shape
+        loss = contrastive_loss(scores[:patches, :said], truth)
+        if lessons is not None:
+            beliefs = torch.from_numpy(lessons.beliefs[taught]).to(device)
+            loss = loss + lesson_loss(scores[patches:, said:], beliefs)
         optimiser.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0)
@@ -260,6 +276,12 @@ def contrastive_loss(log_odds: torch.Tensor, truth: torch.Tensor) -> torch.Tenso
         shown = wanted.amax(dim=axis) > 0.3
         loss = loss + 0.5 * cross[shown].mean()
     return loss
+
+
+def lesson_loss(log_odds: torch.Tensor, beliefs: torch.Tensor) -> torch.Tensor:
+    """Cross entropy of `log_odds` (P, M) and a teacher's `beliefs` (P, M), 0 to 1, a patch."""
+    pairs = binary_cross_entropy_with_logits(log_odds, beliefs, reduction="sum")
+    return pairs / len(beliefs)
 
 
 def train_embedded_clip(

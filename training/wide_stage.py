@@ -17,6 +17,7 @@ from pydantic import BaseModel, Field
 from mapping.clip.embedded.encoder import load_embedded_clip
 from mapping.clip.embedded.model_files import WEIGHTS
 from training.homes import Mixture, TrainingHome
+from training.lessons import read_lessons
 from training.training import PatchPool, StepsConfig, finish, train
 from training.views import ViewsConfig, take_all
 from vizbot.core.settings import SETTINGS
@@ -40,6 +41,8 @@ class WideStageConfig(BaseModel):
     """Homes of others with our furniture."""
     theirs: int = Field(default=20, ge=0)
     """Homes of others."""
+    makers: int = Field(default=40, ge=0)
+    """Homes with models of several makers, where these are given."""
     views: ViewsConfig = ViewsConfig(pictures=50, near=0.4)
     """Pictures of each home."""
     frozen: int = Field(default=2, ge=0)
@@ -48,7 +51,9 @@ class WideStageConfig(BaseModel):
     """Steps of the optimiser."""
 
 
-def homes_of(config: WideStageConfig, number: int, jar: Path) -> list[TrainingHome]:
+def homes_of(
+    config: WideStageConfig, number: int, jar: Path, models: Path | None = None
+) -> list[TrainingHome]:
     """The homes of a stage; each stage has others, but for the rooms of others themselves."""
     counts = {
         Mixture.OURS: config.ours - config.ours // 2,
@@ -58,9 +63,12 @@ def homes_of(config: WideStageConfig, number: int, jar: Path) -> list[TrainingHo
         Mixture.THEIRS: config.theirs,
     }
     homes, first = [], number * sum(counts.values())
+    if models is not None:
+        counts[Mixture.MAKERS] = config.makers
     for mixture, count in counts.items():
         homes += [
-            TrainingHome(mixture, seed % OURS_END, jar) for seed in range(first, first + count)
+            TrainingHome(mixture, seed % OURS_END, jar, models)
+            for seed in range(first, first + count)
         ]
         first += count
     return homes
@@ -72,6 +80,12 @@ def train_wide_stage(
     number: Annotated[
         int, typer.Option(min=0, max=MOST, help="Number of the stage; each draws others.")
     ] = 0,
+    models: Annotated[
+        Path | None, typer.Option(help="Repositories with models of several makers.")
+    ] = None,
+    photographs: Annotated[
+        list[Path] | None, typer.Option(help="Folder of photographs to learn from, one or more.")
+    ] = None,
     first: Annotated[Path, typer.Option(help="Folder of the weights to go on from.")] = WEIGHTS,
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
@@ -80,12 +94,13 @@ def train_wide_stage(
     torch.set_flush_denormal(True)  # tiny numbers in the optimiser are ten times as slow
     config = WideStageConfig()
     pool = PatchPool(
-        take_all(folder / "views", homes_of(config, number, jar), config.views, workers)
+        take_all(folder / "views", homes_of(config, number, jar, models), config.views, workers)
     )
+    lessons = read_lessons(photographs, folder / "lessons.npz") if photographs else None
     encoder = load_embedded_clip(first)
     encoder.model.text_tower.requires_grad_(False)
     encoder.model.image_tower.freeze(config.frozen)
-    model = train(pool, encoder.tokenizer, encoder.model, folder, config.steps)
+    model = train(pool, encoder.tokenizer, encoder.model, folder, config.steps, lessons)
     finish(model, encoder.tokenizer, folder, workers)
 
 

@@ -115,6 +115,8 @@ def test_stages_share_no_home_and_none_is_to_judge_by():
     config = WideStageConfig()
     first, second = ({h.name for h in homes_of(config, n, Path("jar"))} for n in (0, 1))
     assert len(first) == len(second) == 160 and not first & second
+    with_makers = homes_of(config, 1, Path("jar"), Path("models"))
+    assert {home.name for home in with_makers} > second and len(with_makers) == 200
     assert all(home.seed < 400 for n in range(9) for home in homes_of(config, n, Path("jar")))
 
 
