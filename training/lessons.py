@@ -53,6 +53,7 @@ def read_lessons(photographs: Sequence[Path], kept: Path) -> Lessons:
         patches = [patch for folder in photographs for patch in _patches(folder)]
         teacher = open_photo_classes("cpu")
         cosines = teacher.embed_images(patches) @ teacher.embed_texts(NAMES).T
+        assert teacher.log_odds is not None
         scale, bias = teacher.log_odds
         content = io.BytesIO()
         np.savez(
