@@ -1,1 +1,1 @@
-"""The simulated robot in a home: contacts, light, rendering, MJCF."""
+"""The simulated robot in a home: contacts, light, rendering, MJCF, SDF."""

@@ -138,9 +138,9 @@ def read_mjcf(
         raise ConfigError(f"world {path} shows nothing; add geoms of groups below {VISIBLE}")
     return House(
         rooms=rooms,
-        structure=by_material([*parts.get(None, []), *_walls_around(everything)]),
+        structure=by_material([*parts.get(None, []), *walls_around(everything)]),
         instances=tuple(
-            _instance(thing, heading(model, data, thing), shapes)
+            instance_of(thing, heading(model, data, thing), shapes)
             for thing, shapes in parts.items()
             if thing is not None
         ),
@@ -149,7 +149,7 @@ def read_mjcf(
     )
 
 
-def _walls_around(everything: NDArray[np.float64]) -> list[Part]:
+def walls_around(everything: NDArray[np.float64]) -> list[Part]:
     """Walls on the four sides of the floor among triangles (N, 3, 3)."""
     heights = everything[..., 2]
     floor = everything[((heights > FLOOR[0]) & (heights < FLOOR[1])).all(axis=1)]
@@ -243,7 +243,7 @@ def _shape(model: mujoco.MjModel, geom: int, look: GeomAppearance) -> Part | Non
     return primitive(_PRIMITIVES.get(kind, ""), model.geom_size[geom], look)
 
 
-def _instance(thing: Thing, yaw: float, parts: list[Part]) -> Instance:
+def instance_of(thing: Thing, yaw: float, parts: list[Part], attribution: str = "") -> Instance:
     """The parts, given in the world, as an instance with this heading [rad]."""
     upright = [moved_part(part, planar(0.0, 0.0, -yaw)) for part in parts]
     corners = triangles(upright).reshape(-1, 3)
@@ -252,7 +252,7 @@ def _instance(thing: Thing, yaw: float, parts: list[Part]) -> Instance:
     T_piece_upright[:3, 3] = -(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]
     own = tuple(moved_part(part, T_piece_upright) for part in by_material(upright))
     T = planar(0.0, 0.0, yaw) @ invert(T_piece_upright)
-    piece = Piece(thing.label, thing.name, high - low, own, "")
+    piece = Piece(thing.label, thing.name, high - low, own, attribution)
     return Instance(thing.name, piece, float(T[0, 3]), float(T[1, 3]), yaw, float(low[2]))
 
 
@@ -339,7 +339,12 @@ def _lights(
     lamps = np.array(data.light_xpos[placed])
     if len(lamps) and placed.all():
         return lamps
+    return np.concatenate([lamps, lamps_in(everything)])
+
+
+def lamps_in(everything: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) lamps all over triangles (N, 3, 3)."""
     low, high = everything.min(axis=(0, 1))[:2], everything.max(axis=(0, 1))[:2]
     counts = np.maximum(np.round((high - low) / LAMP_SPACING), 1).astype(int)
     x, y = (low[i] + (high - low)[i] * (np.arange(n) + 0.5) / n for i, n in enumerate(counts))
-    return np.array([*lamps, *((at_x, at_y, LAMP_HEIGHT) for at_x in x for at_y in y)])
+    return np.array([(at_x, at_y, LAMP_HEIGHT) for at_x in x for at_y in y])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -157,17 +157,26 @@ def named_things(model: mujoco.MjModel, labels: Mapping[str, str], world: str) -
     }
     of_geoms = {}
     for name, label in labels.items():
-        if name not in names:
-            near = get_close_matches(name, names) or names[:10]
-            raise ConfigError(
-                f"{world} has no body or geom {name!r}; take one that it has, as "
-                + (", ".join(near) or "it has no names at all")
-            )
+        require_named(name, names, world, "body or geom")
         if name in bodies:
             of_bodies[bodies[name]] = Thing(name, label)
         else:
             of_geoms[geoms[name]] = Thing(name, label)
     return Things(of_bodies, of_geoms)
+
+
+def require_named(name: str, names: Sequence[str], world: str, kind: str) -> None:
+    """Refuse a label for what a world has not.
+
+    Raises:
+        ConfigError: None of its `names` is this one.
+    """
+    if name not in names:
+        near = get_close_matches(name, names) or names[:10]
+        raise ConfigError(
+            f"{world} has no {kind} {name!r}; take one that it has, as "
+            + (", ".join(near) or "it has no names at all")
+        )
 
 
 def owner(model: mujoco.MjModel, geom: int, things: Things) -> Thing | None:

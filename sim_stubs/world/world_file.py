@@ -1,4 +1,4 @@
-"""Worlds in files: homes drawn in Sweet Home 3D, and MuJoCo's own format.
+"""Worlds in files: homes drawn in Sweet Home 3D, Gazebo's worlds, and MuJoCo's own format.
 
 A process of its own reads them: a file may be damaged, or made to take all time and memory.
 """
@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 from sim_stubs.homes.geometry.house import House
-from sim_stubs.world.world_spec import MJCF, require_world
+from sim_stubs.world.world_spec import MJCF, SDF, require_world
 from vizbot.core.errors import ConfigError, VizbotError
 from vizbot.core.program.interpreter import end_when_left, interpreter_command
 from vizbot.core.program.log_records import LogRecords
@@ -30,11 +30,11 @@ _REMEDY = "save it again in the program that made it, or give another one"
 def read_world(
     path: Path, labels: Path | None = None, start: tuple[float, float, float] | None = None
 ) -> House:
-    """The world in a file: MJCF (`.xml`, `.mjcf`), `.sh3d`, or an example home in a `.jar`.
+    """The world in a file: MJCF, SDF, `.sh3d`, or an example home in a `.jar`.
 
     Args:
         path: The file.
-        labels: File with labels of what is in an MJCF file.
+        labels: File with labels of what is in an MJCF or SDF file.
         start: x, y [m], yaw [rad] of the robot in an MJCF file that may not say it.
 
     Raises:
@@ -107,6 +107,10 @@ def _read(path: Path, labels: Path | None, start: tuple[float, float, float] | N
         from sim_stubs.world.mjcf import read_mjcf  # loads MuJoCo
 
         return read_mjcf(path, labels, start)
+    if path.suffix in SDF:
+        from sim_stubs.world.sdf import read_sdf
+
+        return read_sdf(path, labels, start)
     from sim_stubs.homes.sweet_home.home import read_home
 
     return read_home(path)

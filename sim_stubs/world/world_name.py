@@ -73,7 +73,7 @@ def plan_world(
         text: The first goal, far from which the robot starts. In an MJCF file, without a goal, and
             for a goal that the world lacks, it starts at the start of the house; the notice says
             so.
-        labels: TOML file with labels of what is in an MJCF file.
+        labels: TOML file with labels of what is in an MJCF or SDF file.
         start: x, y [m], yaw [rad] of the robot, wherever the first goal is.
 
     Raises:

@@ -10,6 +10,8 @@ from vizbot.core.errors import ConfigError
 
 MJCF = (".xml", ".mjcf")
 """Endings of MuJoCo's files."""
+SDF = (".world", ".sdf")
+"""Endings of Gazebo's."""
 OFFICE = "office"
 """The world with this name is the office."""
 _FARTHEST, _TURNED = 1000.0, 3600.0
@@ -53,23 +55,23 @@ def require_world(spec: str, labels: Path | None = None) -> None:
 
     Args:
         spec: A seed, alone or with `BARE`; `office`; or a file.
-        labels: TOML file with labels of what is in an MJCF file.
+        labels: TOML file with labels of what is in an MJCF or SDF file.
 
     Raises:
         ConfigError: there is no such world, or the labels are not for it.
     """
     path = Path(spec)
-    if labels is not None and path.suffix not in MJCF:
-        raise ConfigError(f"labels {labels} are for an MJCF file, not for the world {spec!r}")
+    if labels is not None and path.suffix not in (*MJCF, *SDF):
+        raise ConfigError(f"labels {labels} are for an MJCF or SDF file, not for the world {spec!r}")
     if spec == OFFICE or seed_of(spec) is not None:
         return
     if spec.endswith(BARE) and not path.exists():
         raise ConfigError(f"world {spec!r}: {BARE} is for the home of a seed, as in 1100{BARE}")
-    if path.suffix not in MJCF and not is_home(path):
-        raise ConfigError(f"unknown world {spec!r}; give a seed, an MJCF file or a .sh3d file")
+    if path.suffix not in (*MJCF, *SDF) and not is_home(path):
+        raise ConfigError(f"unknown world {spec!r}; give a seed, or an MJCF, SDF or .sh3d file")
     file = path.parent if path.parent.suffix == ".jar" else path
     if not file.is_file():
-        raise ConfigError(f"world {file} is not there; give an MJCF file or a .sh3d file")
+        raise ConfigError(f"world {file} is not there; give an MJCF, SDF or .sh3d file")
 
 
 def parse_start(text: str) -> tuple[float, float, float]:

@@ -169,15 +169,16 @@ class DryRunOptions:
         typer.Option(
             "--world",
             help="Simulate the home of a SEED, SEED+bare with bare walls and a mirror, office, a"
-            " Sweet Home 3D file (.sh3d), JAR/NAME of one in sweethome3d.jar, or an MJCF file.",
+            " Sweet Home 3D file (.sh3d), JAR/NAME of one in sweethome3d.jar, a Gazebo world, or an"
+            " MJCF file.",
         ),
     ] = "0"
     labels: Annotated[
         Path | None,
         typer.Option(
             "--labels",
-            help="Read labels of what is in an MJCF file from this TOML file: lines like kettle ="
-            ' "yellow kettle", by the name of a body or geom.',
+            help="Read labels of what is in an MJCF file or a Gazebo world from this TOML file: lines"
+            ' like kettle = "yellow kettle", by the name of a body, geom or model.',
         ),
     ] = None
     start: Annotated[

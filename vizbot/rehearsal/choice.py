@@ -22,7 +22,7 @@ class RehearsalChoice:
     Attributes:
         world: The simulated world; empty where its camera is a real one, or a recording.
         first_goal: A simulated world puts the robot down far from it.
-        labels: TOML file with labels of what is in an MJCF file.
+        labels: TOML file with labels of what is in an MJCF or SDF file.
         start: x, y [m], yaw [rad] where a simulated world puts the robot down instead.
         faults: Planned faults, which the robot does not know of.
     """

@@ -79,6 +79,20 @@ def convert(
         ConfigError: The model cannot be read, or nothing of it can be seen.
     """
     surfaces = _placed(read_obj(folder, name), rotation, size)
+    return converted(surfaces, folder, name, max_triangles, max_texture)
+
+
+def converted(
+    surfaces: Iterable[Surface],
+    folder: Traversable,
+    name: str,
+    max_triangles: int,
+    max_texture: int,
+) -> tuple[ConvertedPart, ...]:
+    """Parts of the surfaces of the model `name`, in their frame [m].
+
+    Other arguments and errors are those of `convert`.
+    """
     surfaces = [surface for surface in surfaces if surface.material.rgba[3] >= _INVISIBLE]
     named = {surface.material.texture for surface in surfaces if surface.texcoords.any()} - {None}
     images = {
@@ -156,6 +170,8 @@ def _part(surface: Surface, png: bytes | None) -> ConvertedPart | None:
     corners, texcoords = _faced(surface.corners, surface.texcoords)
     solid = np.linalg.norm(_facing(corners), axis=1) > 1e-9
     corners, texcoords = corners[solid], texcoords[solid]
+    if not len(corners):
+        return None
     normals = _normals(corners)
     rows = np.concatenate([corners, normals, texcoords], axis=2)
     # What is open shows its inside too, and renderers draw the front of a triangle only.

@@ -117,7 +117,7 @@ def read_home(path: Path) -> House:
             raise ConfigError(f"world {path}: the plan cannot be read ({error!r})") from error
         except ValueError as error:
             raise ConfigError(f"world {path}: the plan cannot be read ({error})") from error
-    start = None if house is None else _start(house)
+    start = None if house is None else widest_start(house)
     if house is None or start is None:
         raise ConfigError(f"world {path} has no room with free floor; draw rooms, move furniture")
     return replace(house, start=start)
@@ -238,11 +238,14 @@ def _widest(room: Room) -> tuple[float, float]:
     return float(x), float(y)
 
 
-def _start(house: House) -> tuple[float, float, float] | None:
-    """x, y [m] and yaw [rad] of the robot; None where it fits in no room."""
+def widest_start(house: House) -> tuple[float, float, float] | None:
+    """x, y [m] and yaw [rad] of the robot; None where it fits in no room.
+
+    A house without rooms is one room.
+    """
     space = FreeSpace.from_house(house)
     _, regions = cv2.connectedComponents((space.clear > PASSAGE).astype(np.uint8), connectivity=4)
-    indoors = np.zeros(space.grid.shape, np.bool_)
+    indoors = np.full(space.grid.shape, not house.rooms)
     for room in house.rooms:
         if _is_home(room):
             indoors |= space.inside(room)
