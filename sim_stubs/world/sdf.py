@@ -32,7 +32,7 @@ from sim_stubs.homes.furniture.mesh_file import read_mesh
 from sim_stubs.homes.furniture.wavefront import Material
 from sim_stubs.homes.geometry.extent import require_home_sized
 from sim_stubs.homes.geometry.house import House, Room
-from sim_stubs.homes.geometry.occupancy_slice import CELL, FLOOR, grid_around, occupied
+from sim_stubs.homes.geometry.occupancy_slice import CELL, grid_around, occupied
 from sim_stubs.homes.geometry.solids import Part, by_material, flat_panel, moved_part, triangles
 from sim_stubs.homes.sweet_home.home import widest_start
 from sim_stubs.homes.sweet_home.shell import room_name
@@ -212,16 +212,24 @@ class _Models:
     def _mesh(
         self, file: Path, scale: tuple[float, ...], rgba: tuple[float, ...]
     ) -> tuple[Part, ...]:
-        key = file, scale, rgba
-        if key not in self._meshes:
-            surfaces = [replace(it, corners=it.corners * scale) for it in read_mesh(file)]
-            if rgba:
-                red, green, blue, alpha = rgba
-                own = Material((red, green, blue, alpha))
-                surfaces = [replace(surface, material=own) for surface in surfaces]
-            parts = converted(surfaces, file.parent, file.name, _MAX_TRIANGLES, _MAX_TEXTURE)
-            self._meshes[key] = cache.store_parts(f"sdf {key}", parts)
-        return self._meshes[key]
+        asked = file, scale, rgba
+        if asked in self._meshes:
+            return self._meshes[asked]
+        surfaces = [replace(it, corners=it.corners * scale) for it in read_mesh(file)]
+        if rgba:
+            red, green, blue, alpha = rgba
+            own = Material((red, green, blue, alpha))
+            surfaces = [replace(surface, material=own) for surface in surfaces]
+        looks = [surface.material for surface in surfaces]
+        pictures = [file.parent / look.texture for look in looks if look.texture]
+        files = [(it, it.stat().st_mtime_ns) for it in (file, *pictures) if it.exists()]
+        key = repr(("sdf", scale, looks, files))
+        parts = cache.load_parts(key)
+        if parts is None:
+            made = converted(surfaces, file.parent, file.name, _MAX_TRIANGLES, _MAX_TEXTURE)
+            parts = cache.store_parts(key, made)
+        self._meshes[asked] = parts
+        return parts
 
     def _found(self, element: Element, folder: Path) -> Path:
         """The file or folder that the URI in an element names; a plain path is from `folder`."""
@@ -243,7 +251,7 @@ class _Models:
 def _room(name: str, parts: list[Part]) -> Room:
     corners = triangles(parts)
     grid = grid_around(corners, CELL)
-    floor = occupied(corners, *FLOOR, grid).astype(np.uint8)
+    floor = occupied(corners, -np.inf, np.inf, grid).astype(np.uint8)
     outlines, _ = cv2.findContours(floor, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     outline = cv2.approxPolyDP(max(outlines, key=cv2.contourArea), 1.0, True)
     return Room(name, grid.pixels_to_xy(outline[:, 0].astype(np.float64)))

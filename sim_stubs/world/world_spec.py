@@ -62,7 +62,7 @@ def require_world(spec: str, labels: Path | None = None) -> None:
     """
     path = Path(spec)
     if labels is not None and path.suffix not in (*MJCF, *SDF):
-        raise ConfigError(f"labels {labels} are for an MJCF or SDF file, not for the world {spec!r}")
+        raise ConfigError(f"labels {labels} are for an MJCF or SDF file, not for world {spec!r}")
     if spec == OFFICE or seed_of(spec) is not None:
         return
     if spec.endswith(BARE) and not path.exists():

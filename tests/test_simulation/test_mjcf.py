@@ -321,7 +321,7 @@ def test_labels_that_cannot_be_used_are_told_in_one_line(labelled, labels, messa
 
 @pytest.mark.slow
 def test_labels_are_for_files_that_have_none_and_must_be_there(write, tmp_path):
-    with pytest.raises(ConfigError, match="an MJCF or SDF file, not for the world '1100'"):
+    with pytest.raises(ConfigError, match="an MJCF or SDF file, not for world '1100'"):
         open_world("1100", WorldConfig(), labels=tmp_path / "labels.toml")
     with pytest.raises(ConfigError, match=r"labels\.toml cannot be read"):
         open_world(str(write(OTHERS)), WorldConfig(), labels=tmp_path / "labels.toml", start=START)

@@ -177,8 +177,8 @@ class DryRunOptions:
         Path | None,
         typer.Option(
             "--labels",
-            help="Read labels of what is in an MJCF file or a Gazebo world from this TOML file: lines"
-            ' like kettle = "yellow kettle", by the name of a body, geom or model.',
+            help="Read labels of what is in an MJCF file or a Gazebo world from this TOML file:"
+            ' lines like kettle = "yellow kettle", by the name of a body, geom or model.',
         ),
     ] = None
     start: Annotated[

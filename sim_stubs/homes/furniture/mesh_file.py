@@ -1,7 +1,7 @@
 """Triangles of mesh files by material: COLLADA (`.dae`), STL and Wavefront OBJ.
 
-COLLADA's up axis is passed over, as Gazebo does, and its unit is applied. What moves with a
-skeleton is not read.
+COLLADA's unit is applied and its up axis passed over, as Gazebo does. What moves with a skeleton is
+not read.
 """
 
 from __future__ import annotations
@@ -10,14 +10,13 @@ import io
 import logging
 import re
 from pathlib import Path
-from urllib.parse import unquote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sim_stubs.homes.furniture.wavefront import Material, Surface, read_obj
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import read_regular
+from vizbot.core.geometry import transform
 
 _LARGEST = 128 * 1024 * 1024
 """Size of a mesh file that is read [bytes]."""
@@ -37,13 +36,14 @@ def read_mesh(file: Path) -> tuple[Surface, ...]:
     suffix = file.suffix.lower()
     if suffix not in (".dae", ".stl", ".obj"):
         raise ConfigError(f"mesh {file} is no .dae, .stl or .obj; convert it to one of these")
+    if suffix == ".obj":
+        return read_obj(file.parent, file.name)
     try:
-        if suffix == ".obj":
-            return read_obj(file.parent, file.name)
         content = read_regular(file, _LARGEST)
         surfaces = _collada(file, content) if suffix == ".dae" else _stl(content)
-    except ConfigError:
-        raise
+    except ModuleNotFoundError as missing:
+        message = f"mesh {file} needs {missing.name}, not installed: pip install pycollada"
+        raise ConfigError(message) from missing
     except Exception as error:  # whatever a library runs into in a file by anybody
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise ConfigError(f"mesh {file} cannot be read ({reason}); export it again") from error
@@ -54,7 +54,7 @@ def read_mesh(file: Path) -> tuple[Surface, ...]:
 
 def _stl(content: bytes) -> tuple[Surface, ...]:
     (count,) = np.frombuffer(content, "<u4", 1, _STL_HEAD - 4)
-    if len(content) == _STL_HEAD + count * _STL.itemsize:  # text may begin with "solid", too
+    if len(content) == _STL_HEAD + count * _STL.itemsize:  # both kinds may begin with "solid"
         corners = np.frombuffer(content, _STL, count, _STL_HEAD)["corners"].astype(np.float64)
     else:
         words = [line.split()[1:] for line in re.findall(rb"vertex[^\n]+", content)]
@@ -63,44 +63,39 @@ def _stl(content: bytes) -> tuple[Surface, ...]:
 
 
 def _collada(file: Path, content: bytes) -> tuple[Surface, ...]:
-    try:
-        import collada
-    except ModuleNotFoundError as missing:
-        raise ConfigError(
-            f"mesh {file} needs pycollada, not installed: pip install pycollada"
-        ) from missing
-    # Most files by others have a reference to nowhere, which is passed over.
+    import collada
+
+    # Many files refer to what is not in them, which is passed over.
     document = collada.Collada(io.BytesIO(content), ignore=[collada.common.DaeError])
     surfaces = []
     for geometry in document.scene.objects("geometry"):
-        turn = int(np.sign(np.linalg.det(geometry.matrix[:3, :3]))) or 1
-        for shape in geometry.primitives():
-            if isinstance(shape, collada.polylist.BoundPolylist):
+        outward = -1 if np.linalg.det(geometry.matrix[:3, :3]) < 0 else 1
+        # Not the shapes in their place: for these pycollada takes what NumPy warns of.
+        for shape in geometry.original.primitives:
+            if isinstance(shape, collada.polylist.Polylist):
                 shape = shape.triangleset()
-            if not isinstance(shape, collada.triangleset.BoundTriangleSet) or not len(shape):
+            if not isinstance(shape, collada.triangleset.TriangleSet) or not len(shape):
                 continue
+            points = transform(geometry.matrix, shape.vertex)
+            corners = points[shape.vertex_index] * (document.assetInfo.unitmeter or 1.0)
             texcoords = np.zeros((len(shape), 3, 2))
             if shape.texcoordset:
                 texcoords = shape.texcoordset[0][shape.texcoord_indexset[0]][..., :2]
-            corners = shape.vertex[shape.vertex_index] * (document.assetInfo.unitmeter or 1.0)
-            effect = None if shape.material is None else shape.material.effect
-            material = Material() if effect is None else _material(file, effect.diffuse)
-            surfaces.append(Surface(material, corners[:, ::turn], texcoords[:, ::turn]))
+            material = Material()
+            if (bound := geometry.materialnodebysymbol.get(shape.material)) is not None:
+                diffuse = bound.target.effect.diffuse
+                if isinstance(diffuse, collada.material.Map):
+                    material = _pictured(file, diffuse.sampler.surface.image.path)
+                elif diffuse is not None:
+                    material = Material((*diffuse[:3], 1.0))
+            surfaces.append(Surface(material, corners[:, ::outward], texcoords[:, ::outward]))
     return tuple(surfaces)
 
 
-def _material(file: Path, diffuse: object) -> Material:
-    """The material with a diffuse colour of COLLADA: four numbers, a texture, or nothing."""
-    import collada
-
-    if isinstance(diffuse, collada.material.Map):
-        named = unquote(diffuse.sampler.surface.image.path)
-        # Gazebo looks there, too: authors have their pictures elsewhere on their disks.
-        for texture in (named, f"../materials/textures/{Path(named).name}"):
-            if (file.parent / texture).is_file():
-                return Material((1.0, 1.0, 1.0, 1.0), texture)
-        _log.warning("mesh %s: its picture %s is missing, a plain colour stands for it", file, named)
-    if not isinstance(diffuse, (tuple, list, np.ndarray)):
-        return Material()
-    red, green, blue = (float(part) for part in diffuse[:3])
-    return Material((red, green, blue, 1.0))
+def _pictured(file: Path, picture: str) -> Material:
+    # Gazebo looks in the second place, too: authors have their pictures elsewhere on their disks.
+    for texture in (picture, f"../materials/textures/{Path(picture).name}"):
+        if (file.parent / texture).is_file():
+            return Material((1.0, 1.0, 1.0, 1.0), texture)
+    _log.warning("mesh %s: its picture %s is missing, grey stands for it", file, picture)
+    return Material()
