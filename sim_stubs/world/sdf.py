@@ -110,12 +110,11 @@ def _house(path: Path, world: Element, given: Mapping[str, str]) -> House:
         structure += parts
         if name.startswith("floor_"):
             rooms.append(_room(room_name(name[6:].replace("_", " "), ()), parts))
-    lamps = [
-        _pose(light)[:3, 3] for light in world.iter("light") if light.get("type") != "directional"
-    ]
+    lights = [light for light in world.findall("light") if light.get("type") != "directional"]
+    lamps = [_pose(light)[:3, 3] for light in lights]
     return House(
         rooms=tuple(rooms),
-        structure=by_material([*structure, *walls_around(everything)]),
+        structure=by_material([*structure, *walls_around(triangles(structure))]),
         instances=tuple(instances),
         lights=np.array(lamps) if lamps else lamps_in(everything),
         start=(0.0, 0.0, 0.0),
