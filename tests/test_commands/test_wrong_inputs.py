@@ -67,6 +67,7 @@ TABLE = """
     dry-run sofa --world 1.5 | '1.5' | .sh3d
     dry-run sofa --world 12345678901234567890 | 123456789... | 18 digits
     dry-run sofa --world nowhere.xml | nowhere.xml is not there | MJCF
+    dry-run sofa --world nowhere.world | nowhere.world is not there | SDF
     dry-run sofa --world nowhere.sh3d | nowhere.sh3d is not there | .sh3d
     dry-run sofa --world nowhere.jar/home | nowhere.jar is not there | .sh3d
     dry-run sofa --world torn.xml | torn.xml | correct the file
