@@ -182,7 +182,7 @@ class _Models:
         for link in model.findall("link"):
             T_link = moved.get(link.get("name", ""), T @ _pose(link))
             for visual in link.findall("visual"):
-                for shape in visual.find("geometry") or ():
+                for shape in visual.findall("geometry/*"):
                     T_shape = T_link @ _pose(visual)
                     rgba = _numbers(visual, "material/diffuse", "")
                     if shape.tag == "plane":

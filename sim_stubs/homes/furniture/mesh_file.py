@@ -87,7 +87,8 @@ def _collada(file: Path, content: bytes) -> tuple[Surface, ...]:
                 if isinstance(diffuse, collada.material.Map):
                     material = _pictured(file, diffuse.sampler.surface.image.path)
                 elif diffuse is not None:
-                    material = Material((*diffuse[:3], 1.0))
+                    red, green, blue = diffuse[:3]
+                    material = Material((red, green, blue, 1.0))
             surfaces.append(Surface(material, corners[:, ::outward], texcoords[:, ::outward]))
     return tuple(surfaces)
 
