@@ -156,7 +156,8 @@ class _Models:
         state = {model.get("name", ""): model for model in world.findall("state/model")}
         for element in (*world.findall("model"), *world.findall("include")):
             model, folder, T = self._opened(element, self.world.parent)
-            name = element.findtext("name") or element.get("name") or model.get("name", "")
+            names = element.findtext("name"), element.get("name"), model.get("name")
+            name = next((each for each in names if each), "")
             links = state[name].iter("link") if name in state else ()
             moved = {link.get("name", "").split("::")[-1]: _pose(link) for link in links}
             yield name, T, list(self._parts(model, folder, T, moved))
