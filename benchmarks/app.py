@@ -164,7 +164,12 @@ def run_objectnav(options: ObjectNavOptions) -> None:
     if options.worlds is not None:
         worlds, rows = _worlds(options.worlds, board), rows or single_goal.DEFAULT
         folder = BARE if all(map(is_bare, worlds)) else OTHERS
-    known = [variant.name for variant in single_goal.variants(_unattended(board))]
+    # A search without a part takes one goal of five, which leaves next to none in a few homes.
+    known = [
+        variant.name
+        for variant in single_goal.variants(_unattended(board))
+        if worlds is None or variant.ablated is None
+    ]
     _run_board(board, single_goal.run_single_goal, rows, known, worlds, folder, goals)
 
 

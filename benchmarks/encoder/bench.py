@@ -1,7 +1,8 @@
 """`vizbot bench encoder`: how well an encoder tells things apart, in homes and in real pictures.
 
 Patches whose contents are known are asked for things by their bare names: in homes of ours, in
-homes drawn by others, and in recordings in which a person marked the things.
+homes drawn by others, and in recordings in which a person marked the things. Some of the patches of
+each home and recording are drawn, beside what is kept of them.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from typing import Literal
 from zlib import crc32
 
 import numpy as np
+from numpy.typing import NDArray
 
+from benchmarks.encoder.contact_sheet import contact_sheet, tile_of
 from benchmarks.encoder.recordings import patches_of_recording
 from benchmarks.encoder.separation import (
     AskedPatches,
@@ -28,7 +31,7 @@ from benchmarks.episodes.homes import house_of
 from benchmarks.episodes.run import encoder_of
 from benchmarks.harness.bench_plan import BenchResult
 from benchmarks.harness.fingerprint import commit, hardware, key_of_settings, key_of_sources
-from benchmarks.harness.store import Store
+from benchmarks.harness.store import Store, StoredResult
 from benchmarks.harness.tables import markdown_table
 from benchmarks.harness.workers import in_parallel
 from benchmarks.questions.poses import TRUTH
@@ -38,6 +41,7 @@ from sim_stubs.scoring.success import GOALS
 from training.evaluation import SCALES, shown_on, zero_shot
 from training.views import ViewsConfig, pictures
 from vizbot.config import Config
+from vizbot.core.files import write_whole
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
 from vizbot.rehearsal.belief_fit.view_list import SEEN_WORLDS
 
@@ -145,10 +149,7 @@ def run_encoder(bench: EncoderBench) -> BenchResult:
     key = f"{key_of_sources(*_SOURCES)}-{key_of_settings(config)}"
     kept = bench.folder / "patches" / f"{key}-{encoder.model_id}-{bench.pictures}".replace("/", "_")
     jobs = [_Job(home, config, bench.pictures, kept) for home in homes]
-    found = {
-        job.home: asked
-        for job, asked in in_parallel(_ask_home, jobs, NAME, lambda job, _: f"home {job.home}")
-    }
+    found = {job.home: asked for job, asked in in_parallel(_ask_home, jobs, NAME, _home_line)}
     groups: dict[Kind, list[Home]] = {"own": [], "others": [], "trained": []}
     for home in homes:
         groups[_kind_of(home)].append(home)
@@ -164,8 +165,9 @@ def run_encoder(bench: EncoderBench) -> BenchResult:
                 for home in members
             ]
     for sequence, questions in bench.sequences:
-        patches, names = patches_of_recording(sequence, questions, encoder, config)
+        patches, names, tiles = patches_of_recording(sequence, questions, encoder, config)
         name = sequence.resolve().name
+        _draw(kept / f"{name}.png", tiles, patches, names, encoder)
         asked = _asked(name, "recording", True, patches, names, encoder, set())
         sources.append(replace(asked, own_poses=not (sequence / TRUTH).is_file()))
     answers = EncoderAnswers(encoder.model_id, _ms_a_frame(encoder, config), tuple(sources))
@@ -182,27 +184,51 @@ class _Job:
     pictures: int
     kept: Path
 
+    @property
+    def file(self) -> Path:
+        """What is kept of the home."""
+        content = Path(str(self.home))
+        edition = f"-{crc32(content.read_bytes()):08x}" if content.is_file() else ""
+        return self.kept / f"{_title(self.home)}{edition}.npz"
+
+
+def _home_line(job: _Job, asked: AskedPatches) -> str:
+    return f"home {job.home}, drawn in {job.file.with_suffix('.png')}"
+
 
 def _ask_home(job: _Job) -> AskedPatches:
-    """Take the pictures of a home and ask their patches, or read what was kept."""
-    content = Path(str(job.home))
-    edition = f"-{crc32(content.read_bytes()):08x}" if content.is_file() else ""
-    file = job.kept / f"{_title(job.home)}{edition}.npz"
-    if file.exists():
-        return AskedPatches.load(file)
-    asked = _asked_in(job)
-    asked.save(file)
+    """Take the pictures of a home, ask their patches and draw some, or read what was kept."""
+    if job.file.exists():
+        return AskedPatches.load(job.file)
+    asked, tiles = _asked_in(job)
+    _draw(job.file.with_suffix(".png"), tiles, asked, GOALS, encoder_of(job.config))
+    asked.save(job.file)
     return asked
 
 
-def _asked_in(job: _Job) -> AskedPatches:
+def _draw(
+    file: Path,
+    tiles: Sequence[NDArray[np.uint8]],
+    asked: AskedPatches,
+    names: Sequence[str],
+    encoder: ClipEncoder,
+) -> None:
+    title = f"{file.stem}, {encoder.model_id}"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(file, contact_sheet(title, tiles, asked, names, encoder.threshold))
+
+
+def _asked_in(job: _Job) -> tuple[AskedPatches, list[NDArray[np.uint8]]]:
+    """What an encoder says of a home, and its patches as they are drawn."""
     house, config = house_of(job.home), job.config
     encoder = encoder_of(config)
     texts = encoder.embed_texts(list(GOALS))
     models = np.array([_model(it.piece.attribution) for it in house.instances] + [""])
-    several = []
+    several: list[AskedPatches] = []
+    tiles: list[NDArray[np.uint8]] = []
     for picture in pictures(house, seed_of_home(job.home), ViewsConfig(pictures=job.pictures)):
         patches = [picture.rgb[v0:v1, u0:u1] for u0, v0, u1, v1 in picture.boxes]
+        tiles += map(tile_of, patches)
         several.append(
             AskedPatches(
                 encoder.embed_images(patches) @ texts.T,
@@ -211,7 +237,7 @@ def _asked_in(job: _Job) -> AskedPatches:
                 models[picture.things],  # -1, walls and floor, is the last
             )
         )
-    return AskedPatches.joined(several)
+    return AskedPatches.joined(several), tiles
 
 
 def _model(attribution: str) -> str:
@@ -305,9 +331,7 @@ def encoder_result(answers: EncoderAnswers) -> BenchResult:
         _sources_table(answers.sources),
         _names_table([source for source in answers.sources if source.whole]),
     ]
-    split = [source for source in answers.sources if source.seen_models]
-    if split:
-        parts.append(_models_table(split))
+    parts += _split_tables(answers.sources)
     return BenchResult(NAME, rows, summary, "\n\n".join(parts))
 
 
@@ -354,26 +378,74 @@ def _names_table(sources: Sequence[Asked]) -> str:
     return markdown_table(header, rows)
 
 
-def _models_table(sources: Sequence[Asked]) -> str:
-    """Names of which both models of homes to train on and others are there."""
+def _split_tables(sources: Sequence[Asked]) -> list[str]:
+    """Names of which both models of homes to train on and others are there; none without any."""
+    if not (split := [source for source in sources if source.seen_models]):
+        return []
     header = ("homes", "models", "names", "AUC", "recall")
     rows = []
-    for source in sources:
+    for source in split:
         both = source.seen_models.keys() & source.new_models.keys()
         for title, found in (("to train on", source.seen_models), ("others", source.new_models)):
             kept = {name: found[name] for name in sorted(both)}
             auc, recall = (mean_over_names(kept, of) for of in ("auc", "recall"))
             rows.append([source.source, title, len(kept), _three(auc), recall])
-    return markdown_table(header, rows)
+    return [markdown_table(header, rows)]
 
 
 def _three(value: float | None) -> str | None:
     return None if value is None else f"{value:.3f}"
 
 
+def homes_by_others(folder: Path) -> str:
+    """A section with the newest answers of each encoder in homes by others, by classes of things.
+
+    The models of furniture of those that judge are split by whether a home to train on has them,
+    where the encoder was asked in both together. Empty where no encoder was asked there.
+    """
+    parts = []
+    for line in _newest(folder):
+        sources = [each for each in line.result.sources if each.kind in ("others", "trained")]
+        if sources:
+            parts += [
+                f"`{line.result.encoder}`, commit {line.commit}:",
+                _sources_table(sources),
+                *_split_tables(sources),
+                _classes_table([each for each in sources if each.whole]),
+            ]
+    text = "[What recall and AUC are](encoder.md) of patches, by bare names."
+    return "\n\n".join(["## Patches of homes by others", text, *parts]) if parts else ""
+
+
+def _classes_table(groups: Sequence[Asked]) -> str:
+    """Recall at 1 % false, with the number of patches, and AUC of each thing, by its models."""
+    columns = {}
+    for group in groups:
+        columns[group.source] = group.names
+        if group.seen_models or group.new_models:
+            columns["their models that homes to train on have"] = group.seen_models
+            columns["their other models"] = group.new_models
+    names = dict.fromkeys(name for column in columns.values() for name in column)
+    header = ["thing", *(f"{title}: {of}" for title in columns for of in ("recall", "AUC"))]
+    rows: list[list[object]] = []
+    for name in names:
+        found = [column.get(name) for column in columns.values()]
+        figures = [
+            (f"{it.recall:.2f} of {it.clear}", _three(it.auc)) if it else (None, None)
+            for it in found
+        ]
+        rows.append([name, *(cell for pair in figures for cell in pair)])
+    return markdown_table(header, rows)
+
+
+def _newest(folder: Path) -> list[StoredResult[EncoderAnswers]]:
+    """The newest answers of each encoder."""
+    return Store(folder / f"{NAME}.jsonl", EncoderAnswers).newest(lambda each: each.encoder)
+
+
 def encoder_page(folder: Path, page: Path) -> str:
     """The page of the newest answers of each encoder; empty without any."""
-    newest = Store(folder / f"{NAME}.jsonl", EncoderAnswers).newest(lambda each: each.encoder)
+    newest = _newest(folder)
     if not newest:
         return ""
     parts = ["# Encoders", _TEXT]

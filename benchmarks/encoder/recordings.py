@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.encoder.contact_sheet import tile_of
 from benchmarks.encoder.separation import AskedPatches
 from benchmarks.questions.marks import (
     MarkedPlaces,
@@ -39,8 +40,8 @@ _STRIDE = 4
 
 def patches_of_recording(
     sequence: Path, questions: Path, encoder: ClipEncoder, config: Config
-) -> tuple[AskedPatches, tuple[str, ...]]:
-    """The patches that the mapper cuts from frames of a recording, and the things asked for.
+) -> tuple[AskedPatches, tuple[str, ...], list[NDArray[np.uint8]]]:
+    """The patches that the mapper cuts from frames of a recording, the things, and patches drawn.
 
     Args:
         sequence: Folder in TUM layout; without a `groundtruth.txt` our own SLAM makes the poses.
@@ -56,7 +57,7 @@ def patches_of_recording(
         raise ConfigError(f"questions {questions}: nothing is marked; mark what the pictures show")
     names = tuple(question.text for question in marked)
     texts = encoder.embed_texts(list(names))
-    several = []
+    several, tiles = [], []
     with RecordedSequence(sequence) as camera:
         Ts_world_cam = recorded_poses(camera, sequence)
         if Ts_world_cam is None:
@@ -70,7 +71,9 @@ def patches_of_recording(
             frame = camera.frame(number)
             size = frame.intrinsics.width, frame.intrinsics.height
             boxes = patch_boxes(*size, config.perception.clip_mapper)
-            embeddings = encoder.embed_images([frame.rgb[v:b, u:r] for u, v, r, b in boxes])
+            patches = [frame.rgb[v:b, u:r] for u, v, r, b in boxes]
+            embeddings = encoder.embed_images(patches)
+            tiles += map(tile_of, patches)
             several.append(
                 AskedPatches(
                     embeddings @ texts.T,
@@ -79,7 +82,7 @@ def patches_of_recording(
                     np.full(len(boxes), ""),
                 )
             )
-    return AskedPatches.joined(several), names
+    return AskedPatches.joined(several), names, tiles
 
 
 def shown_in(

@@ -23,8 +23,8 @@ class Variant:
     Attributes:
         name: Name of the row and of its file.
         config: Settings of the robot.
-        oracle: The part that is switched to the truth ("pose", "depth", "encoder", "map"); None
-            for the robot as it is.
+        oracle: The part that is switched to the truth ("pose", "depth", "encoder", "map", or
+            "stop": when it has arrived); None for the robot as it is.
         encoder_scale: Whose cosines the encoder has; None for its own.
         ablated: The part of the search that is taken away (`benchmarks.ablations`); None for the
             whole search.

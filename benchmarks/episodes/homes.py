@@ -67,9 +67,9 @@ def _model(instance: Instance, name: Home) -> str:
     return piece.attribution or OWN_SHAPE + (piece.shape or f"{instance.label} of home {name}")
 
 
-def open_benchmark_home(seed: int, config: Config, error: CalibrationError = EXACT) -> World:
+def open_benchmark_home(name: Home, config: Config, error: CalibrationError = EXACT) -> World:
     """A home with the robot at its entrance, as for `dry-run --explore` but for `error`."""
-    return error.world(house_of(seed), config, seed)
+    return error.world(house_of(name), config, seed_of_home(name))
 
 
 def open_episode(episode: Episode, config: Config, error: CalibrationError = EXACT) -> World:

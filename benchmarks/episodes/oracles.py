@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 from typing import TYPE_CHECKING, Self, TypeVar
 from zlib import crc32
@@ -23,18 +23,30 @@ from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.odometry.features import Features
 from sim_stubs.homes.geometry.occupancy_slice import FreeSpace
 from sim_stubs.realsense.config import DepthNoiseConfig
-from sim_stubs.scoring.success import GOALS, in_room, instances_of, rooms_of
+from sim_stubs.scoring.success import GOALS, in_room, instances_of, judge, rooms_of
 from sim_stubs.world.world import World
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import back_project, invert, rotation_angle, transform
-from vizbot.core.interfaces import Clock, Pending
-from vizbot.core.types import SE3, Intrinsics, OccupancyGrid, PoseEstimate, RGBDFrame, Tracking
+from vizbot.core.interfaces import Clock, Devices, Pending
+from vizbot.core.observer import Outcome, Step
+from vizbot.core.types import (
+    SE3,
+    STOP,
+    Intrinsics,
+    OccupancyGrid,
+    PoseEstimate,
+    RGBDFrame,
+    Tracking,
+)
+from vizbot.mission import SETTLING_TIME
+from vizbot.objectnav.tasks import Errand, Goal
 from vizbot.perception.interfaces import PerceptionParts
 from vizbot.rehearsal.config import RehearsalConfig
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
+    from vizbot.pipeline import Pipeline
 
 T = TypeVar("T")
 
@@ -64,7 +76,7 @@ def oracle_parts(oracle: str | None, world: World, config: Config) -> OraclePart
         ConfigError: there is no such oracle.
     """
     match oracle:
-        case None:
+        case None | "stop":  # a perfect stop replaces no part: it ends the search
             return OracleParts(config)
         case "pose":
             slam = TruePose.in_world(world, config.perception.slam.keyframes)
@@ -210,6 +222,37 @@ class TrueMap:
         occupancy = np.full(seen.occupancy.shape, 0.5, np.float32)
         occupancy[known[:, 0], known[:, 1]] = blocked
         return OccupancyGrid(occupancy, seen.resolution, seen.origin)
+
+
+class PerfectStop:
+    """A pipeline whose search ends, as arrived, where the robot first stands where that is true.
+
+    Where the search itself says before that it has arrived, or gives up, that counts.
+    """
+
+    def __init__(self, pipeline: Pipeline, devices: Devices, world: World) -> None:
+        self._pipeline, self._devices, self._world = pipeline, devices, world
+        self.goal, self.report = pipeline.goal, pipeline.report
+
+    @property
+    def steps(self) -> int:
+        """Number of steps so far."""
+        return self._pipeline.steps
+
+    def tick(self, task: Errand) -> Step | None:
+        """Do one step; the last one where a stop after it is a success."""
+        step, base = self._pipeline.tick(task), self._devices.base
+        assert isinstance(task, Goal) and base is not None
+        if step is None or step.ended or not self._has_arrived(task):
+            return step
+        base.drive(STOP)
+        self._devices.clock.sleep(SETTLING_TIME)  # it rolls on, and may have been at the edge
+        if not self._has_arrived(task):
+            return step
+        return replace(step, ended=(Outcome.ARRIVED, "a stop here is a success"))
+
+    def _has_arrived(self, goal: Goal) -> bool:
+        return judge(self._world, goal.text, stopped=True).success
 
 
 class AtOnce:

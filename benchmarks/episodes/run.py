@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import cv2
 import numpy as np
@@ -27,7 +27,7 @@ from benchmarks.episodes.episode import (
 )
 from benchmarks.episodes.homes import open_episode
 from benchmarks.episodes.latency import Latencies, slow_devices
-from benchmarks.episodes.oracles import AtOnce, OracleParts, oracle_parts
+from benchmarks.episodes.oracles import AtOnce, OracleParts, PerfectStop, oracle_parts
 from benchmarks.episodes.other_encoders import OtherEncoder
 from mapping.clip.fitted.encoder import calibrated
 from mapping.trajectory_error import absolute_trajectory_error
@@ -163,6 +163,8 @@ def _driven(job: tuple[Variant, Episode]) -> EpisodeResult:
                 pipeline.map.search = BeliefSearch(
                     parts.config, pipeline.map.exploration.frontiers, ABLATIONS[variant.ablated]
                 )
+            if variant.oracle == "stop":
+                pipeline = cast(Pipeline, PerfectStop(pipeline, devices, world))
             for text in _commanded(episode, world):
                 results.append(_search_goal(text, pipeline, devices, recorder, parts.config))
                 if not results[-1].success:

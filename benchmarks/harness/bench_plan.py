@@ -31,6 +31,8 @@ QUICK_SHARE = tuple(range(1100, 1108))
 """Homes of development, of which a quick run takes a part."""
 PAPER = "paper"
 """Name of the row of the paper's method of search."""
+PERFECT_STOP = "perfect stop"
+"""Name of the row of searches that end where a stop is first a success."""
 ENCODER_ROWS: dict[EncoderScale, str] = {
     "clip": "scaled",
     "offset": "offset",
@@ -41,7 +43,7 @@ SEARCHED = "by searching"
 """Row of searches for what is not there."""
 ABLATION_ROWS = {part: f"without {part}" for part in ABLATIONS}
 """Names of the rows of searches without a part."""
-ONLY_ASKED_FOR = (PAPER, *ENCODER_ROWS.values(), SEARCHED, *ABLATION_ROWS.values())
+ONLY_ASKED_FOR = (PAPER, *ENCODER_ROWS.values(), SEARCHED, *ABLATION_ROWS.values(), PERFECT_STOP)
 """Rows that are driven only when they are asked for."""
 QUICK_SHARE_ROWS = "quick_share"
 """Folder, beside that of the board, with the finished episodes of quick runs."""

@@ -2,12 +2,13 @@
 
 `python -m benchmarks.objectnav.overshoot FOLDER ROW ...` asks the scorer of every place on the
 true paths of kept episodes, and keeps what comes of it beside them. What is driven after that is
-what a perfect decision to have arrived would save.
+what a perfect decision to have arrived would save. `--worlds FILE,FILE` says where homes drawn by
+others lie now.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import mean, median
@@ -24,6 +25,8 @@ from benchmarks.harness.tables import markdown_table
 from benchmarks.harness.workers import in_parallel
 from benchmarks.objectnav.single_goal import NAME as OBJECTNAV
 from sim_stubs.scoring.success import judge
+from sim_stubs.world.world_spec import require_world
+from vizbot.core.errors import ConfigError
 
 NAME = "overshoot"
 
@@ -52,13 +55,12 @@ class Overshoot:
 
 
 OfHome = tuple[Home, list[EpisodeResult]]
-"""The episodes of a row in one home."""
+"""A home, as it is found now, and the episodes of a row in it."""
 
 
 def overshoots(job: OfHome) -> list[Overshoot]:
     """Of each episode, asked where its home stands."""
     home, results = job
-    assert isinstance(home, int)
     with open_benchmark_home(home, UNATTENDED) as world:
         found = []
         for result in results:
@@ -102,19 +104,34 @@ def overshoot_table(folder: Path, rows: Sequence[str]) -> str:
 def ask(
     folder: Annotated[Path, typer.Argument(help="Folder of the kept rows.")],
     rows: Annotated[list[str], typer.Argument(help="Names of the rows.")],
+    worlds: Annotated[
+        str, typer.Option(help="Homes drawn by others, where they lie now, between commas.")
+    ] = "",
 ) -> None:
     """Ask the scorer of the paths of kept rows, and keep what it says beside them."""
+    found_at = {Path(world).name: world for world in worlds.split(",") if world}
     for row in rows:
         stored = Store(results_file(folder, OBJECTNAV, row), EpisodeResult).fullest()
         by_home: dict[Home, list[EpisodeResult]] = {}
         for line in stored:
-            by_home.setdefault(line.result.episode.home, []).append(line.result)
+            home = line.result.episode.home
+            home = found_at.get(Path(str(home)).name, home)
+            by_home.setdefault(home, []).append(line.result)
         jobs = sorted(by_home.items(), key=str)
+        _require_homes(by_home)
         path = results_file(folder, NAME, row)
         path.unlink(missing_ok=True)
         kept = Store(path, Overshoot)
         for _, found in in_parallel(overshoots, jobs, f"{NAME}, {row}", _home_line):
             kept.add(stored[0].key, stored[0].commit, stored[0].hardware, *found)
+
+
+def _require_homes(homes: Iterable[Home]) -> None:
+    try:
+        for home in homes:
+            require_world(str(home))
+    except ConfigError as error:
+        raise typer.BadParameter(f"{error}; say by --worlds where it lies now") from error
 
 
 def _home_line(job: OfHome, found: Sequence[Overshoot]) -> str:

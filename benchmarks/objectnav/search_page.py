@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -84,17 +84,17 @@ def search_page(folder: Path, page: Path) -> str:
     parts = [
         "# Search",
         _table(rows, (FORMER, PAPER, DEFAULT)),
-        _differences(rows, (FORMER, PAPER)),
+        differences(rows, (FORMER, PAPER)),
         _wrong_arrivals_text(folder),
         _INTRODUCTION,
-        _made_with(rows),
+        made_with(rows),
         *_of_today(folder.with_name(QUICK_SHARE_ROWS)),
     ]
     if third:
         parts += [
             "## Other encoders, on a third of the goals",
             _table(rows, third),
-            _differences(rows, third),
+            differences(rows, third),
             "\n".join(f"- `{name}`: {_THIRD[name]}." for name in third),
             _same_paths(folder, rows),
         ]
@@ -157,11 +157,11 @@ def _of_today(folder: Path) -> list[str]:
     return [
         "## Today's search, in homes of development",
         _table(rows, list(rows)),
-        _differences(rows, (FORMER,)),
+        differences(rows, (FORMER,)),
         f"The quick share: every third goal of homes {QUICK_SHARE[0]} to {QUICK_SHARE[-1]}, in"
         " which the search is developed. It shows what the search has become since the board was"
         " driven, and is no figure for other homes.",
-        _made_with(rows),
+        made_with(rows),
     ]
 
 
@@ -199,7 +199,8 @@ def _with_true_parts(folder: Path, board: Row) -> list[str]:
     return ["## With the truth about one part", table, text]
 
 
-def _made_with(rows: Mapping[str, Row]) -> str:
+def made_with(rows: Mapping[str, Row]) -> str:
+    """Commit and computer of each row, in a list."""
     return "\n".join(
         f"- {name}: commit {_each(line.commit for line in row)},"
         f" {_each(line.hardware for line in row)}"
@@ -216,32 +217,44 @@ def _each(values: Iterable[str]) -> str:
 
 
 def _table(rows: Mapping[str, Row], names: Sequence[str]) -> str:
-    """A table of rows; those that were driven on a part have the default on that part below."""
+    header = ("row", "episodes", "reached [%]", "95 % (Wilson)", "95 % over homes",
+              "wrong arrivals", "SPL", "95 % over homes", "steps", "driven [m]", "shortest [m]",
+              "collisions")  # fmt: skip
+    return markdown_table(header, with_default_beside(rows, names, _figures))
+
+
+def with_default_beside(
+    rows: Mapping[str, Row],
+    names: Sequence[str],
+    figures: Callable[[Sequence[EpisodeResult]], list[object]],
+) -> list[list[object]]:
+    """Rows of a table; those that were driven on a part have the default on that part below."""
     lines: list[list[object]] = []
     for name in names:
         if name not in rows:
             continue
         results = results_of(rows[name])
-        lines.append([name, *_figures(results)])
+        lines.append([name, *figures(results)])
         driven = {result.episode for result in results}
         default = [each for each in results_of(rows[DEFAULT]) if each.episode in driven]
         if name != DEFAULT and len(default) < len(rows[DEFAULT]):
-            lines.append([f"{DEFAULT}, the same goals", *_figures(default)])
-    header = ("row", "episodes", "reached [%]", "95 % (Wilson)", "95 % over homes",
-              "wrong arrivals", "SPL", "95 % over homes", "steps", "driven [m]", "shortest [m]",
-              "collisions")  # fmt: skip
-    return markdown_table(header, list({tuple(line): line for line in lines}.values()))
+            lines.append([f"{DEFAULT}, the same goals", *figures(default)])
+    return list({tuple(line): line for line in lines}.values())
+
+
+def spl_over_homes(results: Sequence[EpisodeResult]) -> tuple[float, float] | None:
+    """The 95 % interval of SPL over homes; None with fewer than two homes."""
+    return interval_over_homes(
+        (each.episode.home, path_weighted_success(each.goals[0])) for each in results
+    )
 
 
 def _figures(results: Sequence[EpisodeResult]) -> list[object]:
     score = NavigationScore.from_results(results)
-    weighted = interval_over_homes(
-        (each.episode.home, path_weighted_success(each.goals[0])) for each in results
-    )
     return [
         score.success.trials, score.success, interval_text(score.success),
         percent_range(score.success_over_homes), fraction_text(score.said_wrongly),
-        percent(score.spl), percent_range(weighted),
+        percent(score.spl), percent_range(spl_over_homes(results)),
         "-" if score.steps is None else f"{score.steps:.0f}",
         score.path_of_successes and f"{score.path_of_successes:.1f}",
         score.shortest_of_successes and f"{score.shortest_of_successes:.1f}", score.collisions,
@@ -265,7 +278,7 @@ def spl_difference(
     return mean, interval_over_homes(pairs)
 
 
-def _differences(rows: Mapping[str, Row], names: Sequence[str]) -> str:
+def differences(rows: Mapping[str, Row], names: Sequence[str]) -> str:
     """The default paired with each of these rows; empty where none was driven."""
     lines = []
     for name in names:

@@ -183,7 +183,7 @@ def test_the_benchmark_of_faults_is_asked_for_its_homes(vizbot, monkeypatch):
     assert (plan.homes, plan.quick, str(plan.folder)) == ((1000, 1001, 1002), True, "there")
 
 
-def test_homes_drawn_by_others_are_kept_apart_and_drive_the_default_row_alone(
+def test_homes_drawn_by_others_are_kept_apart_and_drive_the_default_row_or_those_named(
     vizbot, plans, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
@@ -194,6 +194,13 @@ def test_homes_drawn_by_others_are_kept_apart_and_drive_the_default_row_alone(
     [plan] = plans
     assert plan.homes == ("a.jar/Studio", "b.sh3d") and plan.rows == ("default",)
     assert plan.folder == bench.OTHERS and not plan.full
+    rows = "default, true encoder,perfect stop,paper"
+    assert vizbot("objectnav", "--worlds", "b.sh3d", "--rows", rows)[0] == 0
+    assert plans[1].rows == ("default", "true encoder", "perfect stop", "paper")
+    code, _, err = vizbot("objectnav", "--worlds", "b.sh3d", "--rows", "without z-score")
+    assert code == 1 and len(plans) == 2
+    assert "unknown row 'without z-score'; use default, " in err
+    assert "perfect stop\n" in err and "without likeness" not in err and err.count("\n") == 1
 
 
 def test_bare_homes_are_kept_apart_and_drive_the_default_row_alone(

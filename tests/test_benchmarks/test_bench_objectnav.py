@@ -209,6 +209,27 @@ def test_an_oracle_repeats_every_episode_of_a_quick_run_and_named_homes_are_told
     assert outcome.text.startswith("Every third goal of these homes.")
 
 
+ROWS_BY_OTHERS = ("default", "true encoder", "perfect stop", "paper")
+
+
+def test_in_homes_by_others_all_rows_are_driven_to_the_same_goals_and_resume(fake, tmp_path):
+    homes = ("a.jar/Studio", "b.sh3d")
+    plan = asked(tmp_path, homes=homes, rows=ROWS_BY_OTHERS)
+    outcome = single_goal.run_single_goal(plan)
+    expected = [Episode(home, (goal,)) for home in homes for goal in GOALS]
+    assert {row: [e for of, e in fake if of == row] for row, _ in fake} == dict.fromkeys(
+        ROWS_BY_OTHERS, expected
+    )
+    assert cells(outcome.text, "true encoder")[-2:] == ["4 of 4", "6 of 6"]
+    assert cells(outcome.text, "perfect stop")[0] == "10"
+    assert outcome.summary["stuck"] == 0 and outcome.summary["success_rate"] == 0.6
+    path = tmp_path / "objectnav-perfect-stop.jsonl"
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:7]))
+    fake.clear()
+    assert single_goal.run_single_goal(plan).summary == outcome.summary
+    assert fake == [("perfect stop", episode) for episode in expected[7:]]
+
+
 def test_a_search_without_a_part_is_driven_to_one_goal_of_five_when_asked_for(fake, tmp_path):
     homes, ablated = tuple(range(1040, 1048)), "without likeness at frontiers"
     single_goal.run_single_goal(asked(tmp_path, homes=homes, rows=(ablated,)))

@@ -2,12 +2,20 @@
 
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 import torch
 
 from benchmarks.encoder import bench, families
-from benchmarks.encoder.bench import Asked, EncoderAnswers, EncoderBench, encoder_page
+from benchmarks.encoder.bench import (
+    Asked,
+    EncoderAnswers,
+    EncoderBench,
+    encoder_page,
+    homes_by_others,
+)
+from benchmarks.encoder.contact_sheet import TILE, contact_sheet, tile_of
 from benchmarks.encoder.families import FamilyTable, Judged, Member, families_result
 from benchmarks.encoder.recordings import shown_in
 from benchmarks.encoder.separation import (
@@ -22,7 +30,7 @@ from mapping.clip.photos import weights
 from mapping.clip.photos.encoder import Classifier
 from mapping.clip.photos.names import distribution
 from sim_stubs.scoring.success import GOALS
-from tests.test_benchmarks.printed_table import rows_in
+from tests.test_benchmarks.printed_table import cells, rows_in
 from training.evaluation import area_under_curve, zero_shot
 from vizbot.config import Config
 from vizbot.core.types import ImuSamples, Intrinsics, RGBDFrame
@@ -102,6 +110,22 @@ def test_a_patch_is_named_rightly_by_anything_that_it_shows():
     assert (found.scale, found.patches, found.overall) == (0, 3, pytest.approx(2 / 3))
 
 
+def test_a_contact_sheet_frames_each_thing_by_what_the_encoder_takes_it_for():
+    patches = asked([[0.9, 0.1], [0.2, 0.1], [0.9, 0.1]], [[1.0, 0.0], [1.0, 0.3], [np.nan, 0.0]])
+    tiles = [tile_of(np.full((30, 40, 3), shade, np.uint8)) for shade in (10, 120, 240)]
+    png = contact_sheet("Studio", tiles, patches, NAMES, threshold=0.5)
+    sheet = cv2.imdecode(np.frombuffer(png, np.uint8), cv2.IMREAD_COLOR)[..., ::-1]
+    found = {
+        shade: np.argwhere((sheet == shade).all(axis=2)).min(axis=0)
+        for shade in (10, 120, 240)
+        if (sheet == shade).all(axis=2).sum() > TILE**2 / 2
+    }
+    assert {*found} == {10, 120}  # what is disputed is not drawn, nor a thing that none shows
+    colours = [sheet[y - 2, x - 2].tolist() for y, x in found.values()]
+    assert colours == [[20, 150, 60], [215, 40, 35]]
+    assert found[10][0] == found[120][0] and sheet.shape[0] < 2 * TILE
+
+
 def test_patches_are_kept_as_they_are(tmp_path):
     patches = asked([[0.5, 0.25]], [[1.0, np.nan]], [99], ["eTeks#bed"])
     patches.save(tmp_path / "kept" / "home.npz")
@@ -165,6 +189,32 @@ def test_the_page_has_the_newest_answers_of_each_encoder(tmp_path):
     assert encoder_page(tmp_path / "none", tmp_path / "encoder.md") == ""
 
 
+def test_the_section_of_homes_by_others_splits_each_thing_by_its_models(tmp_path):
+    def of(recall, clear):
+        return {"sofa": Separation(clear, 0.9, recall, 0.5)}
+
+    bed = {"bed": Separation(30, 0.7, 0.8, 0.5)}
+    split = of(0.2, 40) | bed, of(0.5, 10), of(0.1, 30)
+    others = Asked("homes by others", "others", True, 6, *split, {}, None)
+    trained = Asked("to train on", "trained", True, 6, of(0.6, 50), {}, {}, {}, None)
+    own = Asked("own homes", "own", True, 6, of(0.9, 60), {}, {}, {}, None)
+    store = Store(tmp_path / "encoder.jsonl", EncoderAnswers)
+    store.add("key", "c0ffee", "2 cores", EncoderAnswers("neither", 1.0, (own,)))
+    assert homes_by_others(tmp_path) == ""
+    store.add("key", "c0ffee", "2 cores", EncoderAnswers("one", 1.0, (own, others, trained)))
+    section = homes_by_others(tmp_path)
+    assert "`one`, commit c0ffee" in section and "own homes" not in section.split("`one`")[1]
+    assert cells(section, "sofa") == [
+        "0.20 of 40", "0.900", "0.50 of 10", "0.900", "0.10 of 30", "0.900", "0.60 of 50", "0.900"
+    ]  # fmt: skip
+    assert cells(section, "bed") == ["0.80 of 30", "0.700", "-", "-", "-", "-", "-", "-"]
+    assert [row[1:] for row in rows_in(section) if row[0] == "homes by others"] == [
+        ["6", "2", "0.800", "0.50", "0.50", "-", "-", "-", "-"],
+        ["to train on", "1", "0.900", "0.50"],
+        ["others", "1", "0.900", "0.10"],
+    ]
+
+
 def test_a_home_is_asked_once_and_its_answers_are_kept(tmp_path, monkeypatch):
     plan = EncoderBench(Config(clip="embedded"), (1100,), (), (), 2, tmp_path)
     first = bench.run_encoder(plan)
@@ -175,6 +225,8 @@ def test_a_home_is_asked_once_and_its_answers_are_kept(tmp_path, monkeypatch):
     assert bench.run_encoder(plan).rows == first.rows
     assert [row["row"] for row in first.rows] == ["own homes", "1100"]
     assert first.rows[0]["patches"] == 20
+    [kept], [sheet] = tmp_path.rglob("*.npz"), tmp_path.rglob("*.png")
+    assert sheet == kept.with_suffix(".png") and cv2.imread(str(sheet)).shape[1] > 12 * TILE
     assert {*first.summary} == {"own_recall_at_1", "others_recall_at_1", "ms_a_frame"}
     assert first.summary["others_recall_at_1"] is None
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
+import typer
 
 from benchmarks.episodes.absent_things import ThingAnswer
 from benchmarks.episodes.episode import (
@@ -192,15 +193,40 @@ class Floor:
         self.x = x
 
 
-def test_what_is_driven_after_a_stop_would_do_is_asked_of_the_scorer(folder, monkeypatch):
-    monkeypatch.setattr(overshoot, "open_benchmark_home", lambda *_: nullcontext(Floor()))
-    verdict = SimpleNamespace
+def judged_by_place(monkeypatch):
+    """A stop is a success from x = 2 m on; the homes that are opened."""
+    opened = []
+
+    def opening(home, config):
+        opened.append(home)
+        return nullcontext(Floor())
+
+    monkeypatch.setattr(overshoot, "open_benchmark_home", opening)
     monkeypatch.setattr(
-        overshoot, "judge", lambda world, text, stopped: verdict(success=stopped and world.x >= 2.0)
+        overshoot, "judge", lambda world, text, stopped: SimpleNamespace(success=world.x >= 2.0)
     )
     monkeypatch.setattr(
         overshoot, "in_parallel", lambda work, jobs, *_: ((j, work(j)) for j in jobs)
     )
+    return opened
+
+
+def test_homes_drawn_by_others_are_asked_where_they_lie_now(folder, monkeypatch, tmp_path):
+    opened = judged_by_place(monkeypatch)
+    lying = tmp_path / "homes.jar"
+    lying.touch()
+    keep(folder, "default", "c0ffee", [driven(Episode("gone/homes.jar/Studio", ("bed",)))])
+    with pytest.raises(typer.BadParameter, match=r"is not there.+say by --worlds"):
+        overshoot.ask(folder, ["default"])
+    assert opened == [] and not results_file(folder, "overshoot", "default").exists()
+    overshoot.ask(folder, ["default"], f"{lying}/Studio,{lying}/Loft")
+    assert opened == [f"{lying}/Studio"]
+    [kept] = Store(results_file(folder, "overshoot", "default"), overshoot.Overshoot).fullest()
+    assert kept.result.episode.home == "gone/homes.jar/Studio"
+
+
+def test_what_is_driven_after_a_stop_would_do_is_asked_of_the_scorer(folder, monkeypatch):
+    judged_by_place(monkeypatch)
     line = ((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (1.0, 0.0))
     passed = replace(driven(EPISODES[0], success=False, way=5.5), track=line)
     never = replace(driven(EPISODES[1], way=3.0), track=line[:2])

@@ -1,11 +1,20 @@
 """The truth about each part, in a room where it is known."""
 
+from dataclasses import dataclass
 from math import sqrt
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from benchmarks.episodes.oracles import ORACLES, TrueEncoder, TrueMap, TruePose, oracle_parts
+from benchmarks.episodes.oracles import (
+    ORACLES,
+    PerfectStop,
+    TrueEncoder,
+    TrueMap,
+    TruePose,
+    oracle_parts,
+)
 from mapping.keyframes.config import KeyframeConfig
 from mapping.occupancy.config import DepthMapperConfig
 from sim_stubs.world.body import WorldConfig
@@ -14,7 +23,9 @@ from tests.test_benchmarks.episodes.one_room import kitchen_with_sofa
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.geometry import invert, planar
-from vizbot.core.types import ImuSamples, RGBDFrame
+from vizbot.core.observer import Outcome
+from vizbot.core.types import STOP, ImuSamples, RGBDFrame
+from vizbot.objectnav.tasks import Goal
 from vizbot.perception.interfaces import PerceptionParts
 from vizbot.rehearsal.config import RehearsalConfig
 
@@ -31,6 +42,47 @@ def world():
 @pytest.fixture(autouse=True)
 def at_start(world):
     world.place(*world.house.start)
+
+
+@dataclass(frozen=True)
+class Ticked:
+    """What a pipeline that moves the robot by itself does in a step."""
+
+    ended: tuple[Outcome, str] | None = None
+
+
+@pytest.mark.parametrize(
+    ("ways", "rolls_to", "ended"),
+    [
+        ((0.4, 1.2), 1.25, [None, Outcome.ARRIVED]),
+        ((0.4, 0.5), 0.5, [None, None]),
+        # It was within 2 m, but not any more where it has come to rest.
+        ((1.2, 0.4), 0.4, [None, None]),
+    ],
+)
+def test_a_perfect_stop_is_where_the_robot_rests_within_reach(world, ways, rolls_to, ended):
+    def tick(task):
+        world.place(next(xs), 2.0, 0.0)
+        return Ticked()
+
+    xs, driven = iter(ways), []
+    pipeline = SimpleNamespace(tick=tick, goal=None, report=None, steps=2)
+    devices = SimpleNamespace(
+        base=SimpleNamespace(drive=driven.append),
+        clock=SimpleNamespace(sleep=lambda seconds: world.place(rolls_to, 2.0, 0.0)),
+    )
+    stopping = PerfectStop(pipeline, devices, world)
+    goal = Goal("sofa", np.zeros(2, np.float32), 0.5)
+    found = [stopping.tick(goal).ended for _ in ways]
+    assert [each and each[0] for each in found] == ended
+    assert driven == [STOP] * (max(ways) > 1.0) and stopping.steps == 2
+
+
+def test_a_perfect_stop_leaves_a_claim_of_the_search_as_it_is(world):
+    claim = Ticked((Outcome.ARRIVED, "90% sure"))
+    pipeline = SimpleNamespace(tick=lambda task: claim, goal=None, report=None, steps=1)
+    stopping = PerfectStop(pipeline, SimpleNamespace(base="not driven"), world)
+    assert stopping.tick(Goal("sofa", np.zeros(2, np.float32), 0.5)) is claim
 
 
 def frame(world):

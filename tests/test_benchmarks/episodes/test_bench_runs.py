@@ -105,6 +105,14 @@ def test_a_robot_that_gives_up_at_its_goal_has_not_arrived(monkeypatch):
     assert (goal.distance, goal.steps, goal.path_length) == (0.0, 0, 0.0)
 
 
+def test_a_perfect_stop_ends_a_search_where_it_is_a_success(monkeypatch, mean_colours):
+    monkeypatch.setattr(runs, "encoder_of", lambda config: mean_colours)
+    row = replace(true_encoder(3), name="perfect stop", oracle="stop")
+    [goal] = runs.run_episode((row, Episode(1000, ("kitchen",)))).goals
+    assert goal.success and goal.claimed and goal.steps == 1
+    assert goal.answer == "a stop here is a success"
+
+
 def test_an_episode_is_the_same_twice_and_another_number_is_not():
     def error(number):
         return runs.run_episode((true_encoder(5), Episode(1000, ("sofa",), number))).ate

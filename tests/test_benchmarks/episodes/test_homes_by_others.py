@@ -5,11 +5,13 @@ import pytest
 
 from benchmarks.episodes import homes
 from benchmarks.episodes.episode import Episode, EpisodeResult, GoalResult, seed_of_home
+from benchmarks.harness.bench_plan import results_file
 from benchmarks.harness.store import Store
 from benchmarks.objectnav.others_page import others_page
 from sim_stubs.homes.home import home
-from tests.test_benchmarks.printed_table import rows_in
+from tests.test_benchmarks.printed_table import cells, rows_in
 from vizbot.config import Config
+from vizbot.core.observer import Outcome
 
 
 @pytest.fixture
@@ -40,16 +42,42 @@ def test_an_episode_begins_far_from_its_goal_and_goals_without_a_start_are_none(
     assert homes.survey(drawn_by_another).goals == ()
 
 
+def driven(home, goal="bed", success=True, claimed=True, outcome=None):
+    """An episode of which half of the way was needed."""
+    told = GoalResult(goal, success, claimed, "", "", 1.0, 90, 9.0, 4.5, 60.0, outcome, stuck=False)
+    return EpisodeResult(Episode(home, (goal,)), (told,), 0, 0.01, 9.0, (), (0.0, 0.0, 0.0))
+
+
+def keep(folder, row, *results, commit="c0ffee"):
+    Store(results_file(folder, "objectnav", row), EpisodeResult).add("k", commit, "m", *results)
+
+
 def test_the_page_has_a_row_for_each_home_and_each_end(tmp_path):
     assert others_page(tmp_path, tmp_path / "others.md") == ""
-    for name, success in (("x.jar/Studio", True), ("x.jar/Loft", False)):
-        goal = GoalResult("bed", success, success, "" if success else "too far", "", 1.0, 90, 9.0,
-                          4.5, 60.0)  # fmt: skip
-        result = EpisodeResult(Episode(name, ("bed",)), (goal,), 0, 0.01, 9.0, (), (0.0, 0.0, 0.0))
-        Store(tmp_path / "objectnav-default.jsonl", EpisodeResult).add("k", "c0ffee", "m", result)
+    vain = driven("x.jar/Loft", "tv", success=False, claimed=False, outcome=Outcome.NOT_FOUND)
+    broken = driven("x.jar/Loft", success=False, claimed=False)
+    wrong = driven("x.jar/Loft", "sofa", success=False)
+    keep(tmp_path, "default", driven("x.jar/Studio"), wrong, broken, vain)
     page = others_page(tmp_path, tmp_path / "others.md")
     rows = rows_in(page)
-    assert {"Studio", "Loft"} <= {row[0] for row in rows} and ["reached", "1"] in rows
-    together = next(row for row in rows if row[:1] == ["all"])
-    assert together[1].startswith("1 of 2") and together[2:4] == ["0 of 2", "25.0"]
-    assert ["the search ended by an error", "1"] in rows and "c0ffee" in page
+    assert ["reached", "1"] in rows and ["the search ended by an error", "1"] in rows
+    assert ["not found", "1"] in rows and "- default: commit c0ffee, m" in page
+    together = cells(page, "default")
+    assert together[:2] == ["4", "1 of 4 (5 to 70 %)"] and together[3] == "1 of 4 (5 to 70 %)"
+    assert together[4].startswith("1 of 2 (") and together[5] == "12.5" and together[7] == "0"
+    assert cells(page, "Studio")[1].startswith("1 of 1") and cells(page, "Loft")[0] == "3"
+    assert "paper |" not in page and "paired" not in page and "Patches of homes" not in page
+
+
+def test_rows_that_were_driven_stand_beside_the_default_wherever_the_files_lay(tmp_path):
+    keep(tmp_path, "default", driven("x.jar/Studio", success=False), driven("x.jar/Loft"))
+    keep(tmp_path, "true encoder", driven("y.jar/Studio"), driven("y.jar/Loft"), commit="0ld")
+    keep(tmp_path, "paper", driven("z.jar/Loft", success=False, claimed=False))
+    page = others_page(tmp_path, tmp_path / "others.md")
+    assert cells(page, "true encoder")[1].startswith("2 of 2")
+    assert cells(page, "default and true encoder")[:2] == ["0", "1"]
+    assert cells(page, "default and paper")[:2] == ["1", "0"]
+    assert cells(page, "default, the same goals")[1].startswith("1 of 1")
+    assert cells(page, "paper")[4] == "-"  # it claimed nothing
+    assert "- true encoder: commit 0ld" in page
+    assert not [row for row in rows_in(page) if row[0].startswith("perfect")]
