@@ -16,7 +16,7 @@ COLUMNS = 12
 """Patches of a thing that are drawn at most."""
 TILE = 84
 """Edge of a drawn patch [px]."""
-_LABEL, _LINE, _GAP = 170, 16, 4
+_LABEL, _LINE, _GAP = 170, 16, 6
 """Width of the names, height of a line of text, and what is left between patches [px]."""
 _DARK, _ABOVE, _BELOW = (40, 40, 46), (20, 150, 60), (215, 40, 35)
 

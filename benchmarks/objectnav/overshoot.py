@@ -92,8 +92,9 @@ def overshoot_table(folder: Path, rows: Sequence[str]) -> str:
         each = [line.result for line in stored]
         before, after = ways_before_and_after(each)
         lines.append(
-            [row, len(each), len(before), f"{mean(before):.1f}", f"{mean(after):.1f}",
-             f"{median(after):.1f}",
+            [row, len(each), len(before),
+             *(f"{figure(ways):.1f}" if ways else None
+               for figure, ways in ((mean, before), (mean, after), (median, after))),
              sum(one.before is not None and not one.arrived for one in each)]
         )  # fmt: skip
     header = ("row", "episodes", "stood where a stop would do", "driven before [m]",
