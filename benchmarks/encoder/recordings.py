@@ -57,7 +57,8 @@ def patches_of_recording(
         raise ConfigError(f"questions {questions}: nothing is marked; mark what the pictures show")
     names = tuple(question.text for question in marked)
     texts = encoder.embed_texts(list(names))
-    several, tiles = [], []
+    several: list[AskedPatches] = []
+    tiles: list[NDArray[np.uint8]] = []
     with RecordedSequence(sequence) as camera:
         Ts_world_cam = recorded_poses(camera, sequence)
         if Ts_world_cam is None:

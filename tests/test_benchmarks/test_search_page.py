@@ -223,6 +223,8 @@ def test_homes_drawn_by_others_are_asked_where_they_lie_now(folder, monkeypatch,
     assert opened == [f"{lying}/Studio"]
     [kept] = Store(results_file(folder, "overshoot", "default"), overshoot.Overshoot).fullest()
     assert kept.result.episode.home == "gone/homes.jar/Studio"
+    table = overshoot.overshoot_table(folder, ["default"])  # it never stood where a stop would do
+    assert cells(table, "default") == ["1", "0", "-", "-", "-", "0"]
 
 
 def test_what_is_driven_after_a_stop_would_do_is_asked_of_the_scorer(folder, monkeypatch):
