@@ -73,6 +73,7 @@ BANK, TIMED = 8, 2
 are embedded to time it."""
 
 
+@pytest.mark.slow
 def test_it_fits_goes_on_where_it_was_ended_and_is_taken(run, offer, tiny_list):
     offer(CountedEncoder(TIMED + BANK + VIEWS + 5))
     code, _, err = run("calibrate", "encoder")
@@ -154,6 +155,7 @@ def test_the_list_has_1200_views_at_most(folders):
     assert len({each.name for each in view_list.list_homes(jar)}) == 15
 
 
+@pytest.mark.slow
 def test_an_encoder_that_tells_nothing_apart_is_refused(run, offer, tiny_list, mean_colours):
     class Blind(type(mean_colours)):
         def embed_images(self, images):

@@ -155,8 +155,8 @@ def test_the_demo_installs_nothing_that_only_developers_need():
     groups = tomllib.loads((ROOT / "pyproject.toml").read_text())["dependency-groups"]
     theirs = {re.match(r"[\w-]+", each)[0] for each in (*groups["dev"], *groups["page"])}
     installed = {line.partition("==")[0] for line in locked("requirements.lock")}
-    # A rehearsal draws with MuJoCo, and GTSAM asks for pytest itself.
-    assert theirs & installed <= {"mujoco", "pytest"}
+    # A rehearsal draws with MuJoCo and reads meshes with pycollada; GTSAM asks for pytest itself.
+    assert theirs & installed <= {"mujoco", "pycollada", "pytest"}
     assert {"ruff", "mypy", "playwright", "rerun-sdk"} <= theirs
     assert not any("development.lock" in line for line in planned("demo"))
 
