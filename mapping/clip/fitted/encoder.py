@@ -60,34 +60,17 @@ class CalibratedTexts:
         return self._encoder.reading(text)
 
 
-class CalibratedEncoder:
-    """A `ClipEncoder` with the numbers that were fitted to it.
-
-    Attributes:
-        calibration: Those numbers.
-        source: Where they were found, in words.
-    """
+class CalibratedEncoder(CalibratedTexts):
+    """A `ClipEncoder` with the numbers that were fitted to it; else as `CalibratedTexts`."""
 
     def __init__(self, encoder: ClipEncoder, calibration: EncoderCalibration, source: str) -> None:
         """Wrap an encoder."""
-        self.source = source
-        self.calibration: EncoderCalibration | None = calibration
-        self.model_id, self.dimension = encoder.model_id, encoder.dimension
-        self.threshold, self.notice = calibration.threshold, encoder.notice
-        self.log_odds: tuple[float, float] | None = calibration.log_odds
-        self._encoder, self._hash = encoder, calibration.encoder_hash
+        super().__init__(encoder, calibration, source)
+        self._images, self._hash = encoder, calibration.encoder_hash
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         """See `ClipEncoder.embed_images`."""
-        return self._encoder.embed_images(images)
-
-    def embed_texts(self, texts: Sequence[str]) -> NDArray[np.float32]:
-        """See `TextEncoder.embed_texts`."""
-        return self._encoder.embed_texts(texts)
-
-    def reading(self, text: str) -> Reading:
-        """See `TextEncoder.reading`."""
-        return self._encoder.reading(text)
+        return self._images.embed_images(images)
 
     def weights_hash(self) -> str:
         """Hash of the weights, which is known already."""
