@@ -235,7 +235,7 @@ def test_encoders_that_jump_are_rejected(rig, caplog):
 
 def test_on_the_wall_clock_it_drives_and_stops_by_itself(caplog):
     caplog.set_level(logging.WARNING)
-    clock, config = WallClock(), RoombaConfig(command_timeout=0.1)
+    clock, config = WallClock(), RoombaConfig(command_timeout=0.1, silence_timeout=0.5)
     with on_wall_clock(SimulatedRoomba(FreeFloor())) as stub:
         link = ProcessLink(SerialAddress(stub.path).open, config)
         with Roomba(link, clock, config) as base:

@@ -110,7 +110,7 @@ def lockstep_base(opened):
 
 def base_on_a_real_port(opened):
     stub = opened.enter_context(on_wall_clock(SimulatedRoomba(FreeFloor())))
-    clock, config = WallClock(), RoombaConfig()
+    clock, config = WallClock(), RoombaConfig(silence_timeout=0.5)
     return Roomba(ProcessLink(SerialAddress(stub.path).open, config), clock, config), clock
 
 
