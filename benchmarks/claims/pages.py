@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from benchmarks.claims.claims import kept_facts, read_claims
-from benchmarks.encoder.bench import encoder_page
+from benchmarks.encoder.page import encoder_page
 from benchmarks.episodes.absent_things import ThingAnswer
 from benchmarks.faults.bench import faults_page
 from benchmarks.harness.bench_plan import ENCODER_ROWS, PAPER, SEARCHED, results_file

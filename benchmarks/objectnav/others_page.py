@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.encoder.bench import homes_by_others
+from benchmarks.encoder.page import homes_by_others
 from benchmarks.episodes.episode import EpisodeResult
 from benchmarks.harness.bench_plan import PAPER, PERFECT_STOP
 from benchmarks.harness.scores import NavigationScore, Rate

@@ -8,22 +8,12 @@ import pytest
 import torch
 
 from benchmarks.encoder import bench, families
-from benchmarks.encoder.bench import (
-    Asked,
-    EncoderAnswers,
-    EncoderBench,
-    encoder_page,
-    homes_by_others,
-)
+from benchmarks.encoder.bench import EncoderBench
 from benchmarks.encoder.contact_sheet import TILE, contact_sheet, tile_of
 from benchmarks.encoder.families import FamilyTable, Judged, Member, families_result
+from benchmarks.encoder.page import Asked, EncoderAnswers, encoder_page, homes_by_others
 from benchmarks.encoder.recordings import shown_in
-from benchmarks.encoder.separation import (
-    AskedPatches,
-    Separation,
-    reliability,
-    separations,
-)
+from benchmarks.encoder.separation import AskedPatches, Separation, reliability, separations
 from benchmarks.harness.store import Store
 from benchmarks.questions.marks import MarkedPlaces
 from mapping.clip.photos import weights
