@@ -23,8 +23,8 @@ from vizbot.core.errors import ConfigError
 from vizbot.core.files import write_whole
 from vizbot.core.home_vocabulary import THINGS
 
-EDGE = 480
-"""Pictures are brought to this shorter edge, that of the robot's camera [px]."""
+_EDGE = 480
+"""The shorter edge of a picture of the robot's camera [px]."""
 NAMES = tuple(name for name in THINGS if distribution(name) is not None)
 """The things that the classifier has names for."""
 _PICTURES = (".jpg", ".jpeg", ".png")
@@ -66,19 +66,29 @@ def read_lessons(photographs: Sequence[Path], kept: Path) -> Lessons:
         return Lessons(arrays["pixels"], arrays["beliefs"])
 
 
+def read_picture(file: Path) -> NDArray[np.uint8]:
+    """A picture (H, W, 3), RGB, brought to the shorter edge of those of the robot's camera.
+
+    Raises:
+        ConfigError: the file is no picture.
+    """
+    image = cv2.imread(str(file))
+    if image is None:
+        raise ConfigError(f"{file} is no picture; delete it")
+    factor = _EDGE / min(image.shape[:2])
+    image = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+    return np.asarray(image[..., ::-1], np.uint8)
+
+
 def _patches(folder: Path) -> Iterator[NDArray[np.uint8]]:
     """Square patches (E, E, 3) of every picture, a picture after another."""
     files = sorted(file for file in folder.rglob("*") if file.suffix.lower() in _PICTURES)
     if not files:
         raise ConfigError(f"{folder} holds no pictures ({', '.join(_PICTURES)})")
     for number, file in enumerate(files):
-        image = cv2.imread(str(file))
-        if image is None:
-            raise ConfigError(f"{file} is no picture; delete it")
+        image = read_picture(file)
         rng = np.random.default_rng((number, 17))
-        factor = EDGE / min(image.shape[:2])
-        image = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
         for low, high in PATCH_EDGES:
             edge = int(rng.integers(low, high))
             v, u = (int(rng.integers(size - edge + 1)) for size in image.shape[:2])
-            yield image[v : v + edge, u : u + edge, ::-1]
+            yield image[v : v + edge, u : u + edge]

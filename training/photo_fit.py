@@ -19,7 +19,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
 
-import cv2
 import numpy as np
 import typer
 from numpy.typing import NDArray
@@ -32,6 +31,7 @@ from mapping.clip.photos.fit import FIT_FILE
 from mapping.clip.photos.names import distribution
 from mapping.clip.photos.text_encoder import PhotoTexts
 from training.evaluation import area_under_curve
+from training.lessons import read_picture
 from vizbot.operator.printing import echo
 
 INDOORS = frozenset(
@@ -39,8 +39,6 @@ INDOORS = frozenset(
      "potted plant", "refrigerator", "sink", "toaster", "toilet", "tv"}
 )  # fmt: skip
 """A picture with one of these is taken inside a home."""
-EDGE = 480
-"""Pictures are brought to this shorter edge, that of the robot's camera [px]."""
 MOST_INSIDE, LEAST_SHARE, LARGE_SHARE = 0.5, 0.1, 0.4
 """A patch shows a thing if it has over half of its box, which fills a tenth of the patch at least,
 or if the box fills four tenths of it; if it has less of the box, it counts neither way."""
@@ -94,13 +92,10 @@ def patches_indoors(photographs: Path, kept: Path) -> PhotographPatches:
     for picture, labels in _labelled(photographs):
         if INDOORS.isdisjoint(all_names[int(number)] for number in labels[:, 0]):
             continue
-        image = cv2.imread(str(picture))
-        assert image is not None, picture
-        factor = EDGE / min(image.shape[:2])
-        image = cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
+        image = read_picture(picture)
         height, width = image.shape[:2]
         boxes = patch_boxes(width, height, ClipMapperConfig())
-        logits.append(_logits(encoder, image[..., ::-1], boxes, kept / f"{picture.stem}.npy"))
+        logits.append(_logits(encoder, image, boxes, kept / f"{picture.stem}.npy"))
         placed = labels * (1, width, height, width, height)
         shown.append(np.stack([_shown(boxes, placed, number) for number in numbers], axis=1))
     names = [all_names[number] for number in numbers]
