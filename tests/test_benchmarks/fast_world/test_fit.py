@@ -13,7 +13,7 @@ from sim_stubs.homes.start_pose import things_named
 from vizbot.rehearsal.belief_fit import fit
 from vizbot.rehearsal.belief_fit.fit import Omission, drawn_walk, fitted, logistic, walk
 from vizbot.rehearsal.belief_fit.places import are_true, true_places
-from vizbot.rehearsal.belief_fit.seen_home import SeenHome
+from vizbot.rehearsal.belief_fit.seen_home import SeenHome, ShownPlaces
 from vizbot.rehearsal.belief_fit.view_list import OWN_HOMES
 from vizbot.rehearsal.belief_fit.views import HEADINGS
 
@@ -61,10 +61,23 @@ def test_a_walk_looks_around_first_and_then_goes_to_what_is_near():
     assert 14 <= len(walk(xy, np.random.default_rng(1), 14)) < 14 + 4
 
 
+def shown_in_a_row(there):
+    """Views that show one place each, 1 m away, with or without a sofa."""
+    rows = np.arange(len(there))
+    places = np.stack([rows, 0 * rows], axis=1)
+    true = {"sofa": (there[None], np.zeros(2, np.int64))}
+    return ShownPlaces(
+        np.zeros((0, 1), np.float32), np.stack([rows] * 3, axis=1), np.ones(len(rows), np.float32),
+        np.ones(len(rows), np.float32), places, np.arange(len(rows) + 1), rows, 0.25 * places,
+        0 * rows, true,
+    )  # fmt: skip
+
+
 def test_a_walk_takes_the_views_of_its_stations():
-    home = seen_at_random(3 * HEADINGS)
     home = replace(
-        home, stands=np.repeat([4, 7, 9], HEADINGS), headings=np.tile(np.arange(HEADINGS), 3)
+        shown_in_a_row(np.zeros(3 * HEADINGS, bool)),
+        stands=np.repeat([4, 7, 9], HEADINGS),
+        headings=np.tile(np.arange(HEADINGS), 3),
     )
     views = drawn_walk(home, np.random.default_rng(2))
     assert len(set(home.stands[views])) == 3
@@ -72,15 +85,9 @@ def test_a_walk_takes_the_views_of_its_stations():
 
 
 def test_places_are_looked_at_early_and_late_on_a_walk(monkeypatch):
-    views = 20
-    places = np.stack([np.arange(views), np.zeros(views, np.int64)], axis=1)
-    there = np.zeros((1, views), bool)
-    there[0, 3] = True
-    home = SeenHome(
-        {"sofa": np.zeros((views, 20), np.float32)}, {}, {"sofa": (there, np.zeros(2, np.int64))},
-        {"sofa": np.zeros(views, np.float32)}, np.ones(views, np.float32), places,
-        np.arange(views + 1), np.arange(views), 0.25 * places, np.zeros(views, np.int64),
-    )  # fmt: skip
+    features = {"sofa": np.zeros((20, 20), np.float32)}
+    likeness = {"sofa": np.zeros(20, np.float32)}
+    home = SeenHome(shown_in_a_row(np.arange(20) == 3), features, {}, likeness)
     monkeypatch.setattr(fit, "_KEPT", 1.0)
     weights = Weights(*np.zeros((3, 20)))
     found = list(fit._joined(home, weights, np.random.default_rng(0), in_order))
@@ -96,12 +103,9 @@ def seen_at_random(views=400):
     there = rng.random(views) < 0.3
     features = rng.normal(size=(views, len(NAMES))).astype(np.float32)
     features[:, :14] += 2.0 * there[:, None]
-    places = np.stack([np.arange(views), np.zeros(views, np.int64)], axis=1)
-    return SeenHome(
-        {"sofa": features}, {"sofa": there}, {"sofa": (there[None], np.zeros(2, np.int64))},
-        {"sofa": features[:, 0]}, rng.uniform(0.5, 5.0, views).astype(np.float32), places,
-        np.arange(views + 1), np.arange(views), 0.25 * places, np.zeros(views, np.int64),
-    )  # fmt: skip
+    ranges = rng.uniform(0.5, 5.0, views).astype(np.float32)
+    shown = replace(shown_in_a_row(there), ranges=ranges)
+    return SeenHome(shown, {"sofa": features}, {"sofa": there}, {"sofa": features[:, 0]})
 
 
 def test_both_kinds_of_places_weigh_what_their_share_is():

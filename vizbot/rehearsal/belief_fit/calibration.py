@@ -28,7 +28,7 @@ from vizbot.core.types import ImuSamples, RGBDFrame
 from vizbot.rehearsal.belief_fit.cosine_fit import fit_cosines
 from vizbot.rehearsal.belief_fit.fit import believed, fitted
 from vizbot.rehearsal.belief_fit.places import Places
-from vizbot.rehearsal.belief_fit.seen_home import SeenHome, ShownPlaces, seen_in, shown_from
+from vizbot.rehearsal.belief_fit.seen_home import ShownPlaces, seen_in, shown_from
 from vizbot.rehearsal.belief_fit.view_list import VIEWS_OF_HOME, ListedHome
 from vizbot.rehearsal.belief_fit.views import Views, count_views
 from vizbot.rehearsal.config import RehearsalConfig
@@ -124,7 +124,7 @@ def calibrate_encoder(
     )
 
 
-def along_the_views(home: SeenHome, rng: np.random.Generator) -> Sequence[int]:
+def along_the_views(home: ShownPlaces, rng: np.random.Generator) -> Sequence[int]:
     """The walk that a home was seen on, from somewhere in its first half on."""
     count = len(home.stands)
     return range(int(rng.integers(count // 2 + 1)), count)

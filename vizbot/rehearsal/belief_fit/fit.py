@@ -18,7 +18,7 @@ from mapping.clip.background.phrases import other_rooms
 from mapping.clip.evidence import NAMES, NEAR, PRIOR, Weights, evidence
 from mapping.clip.place_views import PlaceViews
 from vizbot.rehearsal.belief_fit.places import are_true
-from vizbot.rehearsal.belief_fit.seen_home import SeenHome, Station
+from vizbot.rehearsal.belief_fit.seen_home import SeenHome, ShownPlaces, Station
 from vizbot.rehearsal.belief_fit.views import HEADINGS
 
 _MOST_VIEWS = 12_000
@@ -47,7 +47,7 @@ _BEST_VIEWS = (0, 1, 6, 8, 14, 19)
 """Features of a place that its best views alone make (`mapping.clip.place_views`)."""
 
 
-Walks = Callable[[SeenHome, np.random.Generator], Sequence[int]]
+Walks = Callable[[ShownPlaces, np.random.Generator], Sequence[int]]
 """A function that draws a walk in a home: numbers of its views, in their order."""
 
 
@@ -103,7 +103,7 @@ def walk(
     return stations
 
 
-def drawn_walk(home: SeenHome, rng: np.random.Generator) -> list[int]:
+def drawn_walk(home: ShownPlaces, rng: np.random.Generator) -> list[int]:
     """A walk in a home that was seen with every heading of its places."""
     number = {pair: i for i, pair in enumerate(zip(home.stands, home.headings, strict=True))}
     places = np.unique(home.stands)
@@ -177,7 +177,7 @@ def _views(home: SeenHome, rng: np.random.Generator) -> Iterator[tuple[NDArray[n
             home.features[goal][rows].astype(np.float64),
             there[rows].astype(np.float64),
             weights,
-            home.ranges[rows].astype(np.float64),
+            home.shown.ranges[rows].astype(np.float64),
         )
 
 
@@ -185,17 +185,18 @@ def _joined(
     home: SeenHome, of_views: Weights, rng: np.random.Generator, walks: Walks
 ) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]]:
     """Features, outcomes and weights of places, as they stand on walks for each goal."""
-    for goal, (there, low) in home.true.items():
-        found = evidence(home.features[goal], home.ranges, of_views.near, of_views.far)
-        for way in (walks(home, rng) for _ in range(_WALKS)):
+    shown = home.shown
+    for goal, (there, low) in shown.true.items():
+        found = evidence(home.features[goal], shown.ranges, of_views.near, of_views.far)
+        for way in (walks(shown, rng) for _ in range(_WALKS)):
             views, done = PlaceViews(), 0
             for cut in (max(5, int(len(way) * share)) for share in _CUTS):
                 for view in way[done:cut]:
-                    rows = slice(home.first[view], home.first[view + 1])
-                    stands = np.full(rows.stop - rows.start, home.stands[view])
+                    rows = slice(shown.first[view], shown.first[view + 1])
+                    stands = np.full(rows.stop - rows.start, shown.stands[view])
                     views.add(
-                        home.places[rows], found[rows], home.likeness[goal][rows],
-                        home.ranges[rows], stands, np.zeros((len(stands), 2), np.float32),
+                        shown.places[rows], found[rows], home.likeness[goal][rows],
+                        shown.ranges[rows], stands, np.zeros((len(stands), 2), np.float32),
                     )  # fmt: skip
                 done = cut
                 row, column = np.nonzero(views.seen)

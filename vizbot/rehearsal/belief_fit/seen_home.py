@@ -57,31 +57,19 @@ class ShownPlaces:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenHome:
-    """What the views of a home show of their places, one view of a place a row.
+    """What the views of a home say of the paper's goals at the places that they show.
 
     Attributes:
+        shown: What they show, R views of places.
         features: (R, 20) of each goal, and of the rooms that one may be instead, by its name.
         there: (R,) whether it is truly there, of the goals, likewise.
-        true: What `true_places` returns, likewise.
         likeness: (R,) of each with features, likewise.
-        ranges: (R,) [m].
-        places: (R, 2) column, row.
-        first: (V + 1,) first row of each view.
-        stands: (V,) number of the place that each view is taken from.
-        xy: (V, 2) where that is [m].
-        headings: (V,) numbers of their headings.
     """
 
+    shown: ShownPlaces
     features: dict[str, NDArray[np.float32]]
     there: dict[str, NDArray[np.bool_]]
-    true: dict[str, tuple[NDArray[np.bool_], NDArray[np.int64]]]
     likeness: dict[str, NDArray[np.float32]]
-    ranges: NDArray[np.float32]
-    places: NDArray[np.int64]
-    first: NDArray[np.int64]
-    stands: NDArray[np.int64]
-    xy: NDArray[np.float64]
-    headings: NDArray[np.int64]
 
 
 def spread_stations(places: Places, seed: int, count: int) -> list[Station]:
@@ -151,7 +139,4 @@ def seen_in(
         found[goal] = features(scores, shown.patches, shown.ranges, shown.shares, tail)
         likeness[goal] = scores[shown.patches[:, 2], 1]
     there = {goal: are_true(shown.places, *true) for goal, true in shown.true.items()}
-    return SeenHome(
-        found, there, shown.true, likeness, shown.ranges, shown.places, shown.first, shown.stands,
-        shown.xy, shown.headings,
-    )  # fmt: skip
+    return SeenHome(shown, found, there, likeness)
