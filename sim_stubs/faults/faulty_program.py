@@ -55,11 +55,11 @@ class FaultyObserver:
 
 
 @contextmanager
-def full_disk() -> Iterator[None]:
-    """Let every write to a file fail in the `with` block."""
+def full_disk(most: int = 0) -> Iterator[None]:
+    """Let every write beyond so many bytes of a file fail in the `with` block."""
     limit = resource.RLIMIT_FSIZE
     soft, hard = resource.getrlimit(limit)
-    resource.setrlimit(limit, (0, hard))
+    resource.setrlimit(limit, (most, hard))
     try:
         yield
     finally:

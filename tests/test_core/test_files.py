@@ -1,12 +1,12 @@
 import os
 import pwd
-import resource
 from codecs import BOM_UTF8
 from pathlib import Path
 
 import pytest
 
 from mapping.tum import read_trajectory
+from sim_stubs.faults.faulty_program import full_disk
 from sim_stubs.homes.textures.canvas import texture_folder
 from sim_stubs.world.mjcf_things import read_labels
 from tests.helpers.failing import raising
@@ -140,25 +140,16 @@ def test_a_file_that_is_there_is_written_only_where_it_is_to_be_replaced(tmp_pat
     assert path.read_bytes() == b"old" and not (tmp_path / "new").exists()
 
 
-@pytest.fixture
-def largest_file():
-    """Sets how large a file of this process may be; what is more is cut, as on a full disk."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-
-def test_lines_that_no_disk_takes_wait_until_it_does(tmp_path, largest_file, caplog):
+def test_lines_that_no_disk_takes_wait_until_it_does(tmp_path, caplog):
     path = tmp_path / "lines"
     growing = GrowingFile(path, "a\n")
     growing.add("bb\n")
     assert path.read_text() == "a\nbb\n"  # at once: a killed program loses none
-    largest_file(7)
-    for line in ("ccc\n", "dddd\n", "eeeee\n"):
-        growing.add(line)
+    with full_disk(7):
+        for line in ("ccc\n", "dddd\n", "eeeee\n"):
+            growing.add(line)
     assert path.read_text().startswith("a\nbb\n") and len(path.read_text()) <= 7
     assert caplog.text.count("lacks lines: File too large; the run goes on") == 1
-    largest_file(1000)
     growing.add("f\n")
     assert path.read_text() == "a\nbb\nccc\ndddd\neeeee\nf\n"
     growing.close()

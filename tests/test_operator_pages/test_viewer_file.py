@@ -1,6 +1,5 @@
 """The file that `--rerun` writes: killed programs, full disks, viewers that follow it."""
 
-import resource
 import shutil
 import subprocess
 import sys
@@ -10,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from sim_stubs.faults.faulty_program import full_disk
 from tests.helpers.checkout import ROOT
 from tests.helpers.roomba_rig import wait_for
 from tests.helpers.rrd import rows
@@ -39,15 +39,10 @@ def test_what_was_recorded_can_be_read_before_the_end_as_after_a_kill(tmp_path):
 def test_a_disk_that_fills_up_costs_the_recording_not_the_run(tmp_path, caplog):
     noise = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)
     step = replace(resting(0), frame=replace(resting(0).frame, rgb=noise))
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    with Viewer(tmp_path / "run.rrd") as viewer:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, hard))
-        try:
-            for index in range(20):
-                viewer.on_step(replace(step, index=index))
-            viewer.close()
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    with Viewer(tmp_path / "run.rrd") as viewer, full_disk(100_000):
+        for index in range(20):
+            viewer.on_step(replace(step, index=index))
+        viewer.close()
     assert "run.rrd is not whole" in caplog.text and "free some space" in caplog.text
 
 
