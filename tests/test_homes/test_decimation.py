@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 from sim_stubs.homes.furniture.decimation import decimated
 from sim_stubs.homes.furniture.wavefront import Material, Surface
 
+pytestmark = pytest.mark.slow  # its kernel is compiled for the first model
+
 
 def grid(count: int, height: float = 0.0) -> NDArray[np.float64]:
     """(F, 3, 3) triangles of a unit square of `count` x `count` cells, facing +z."""
@@ -32,7 +34,6 @@ def test_a_model_below_the_limit_is_untouched() -> None:
     assert decimated([surface], 100)[0] is surface
 
 
-@pytest.mark.slow
 def test_a_flat_sheet_keeps_its_outline_in_few_triangles() -> None:
     (surface,) = decimated([sheet(grid(20))], 40)
     assert len(surface.corners) <= 40

@@ -8,6 +8,8 @@ from sim_stubs.homes.textures.surfaces import finish
 from sim_stubs.world.body import WorldConfig
 from sim_stubs.world.world import World
 
+pytestmark = pytest.mark.slow  # where no furniture is kept yet, that of two offices is simplified
+
 
 @pytest.fixture(scope="module")
 def offices():
@@ -41,7 +43,6 @@ def test_the_robot_gets_from_its_start_into_every_room_and_near_every_goal(offic
             assert np.linalg.norm(xy - (goal.x, goal.y), axis=1).min() < 1.0, goal.name
 
 
-@pytest.mark.slow
 def test_no_goal_is_in_sight_of_the_start(offices):
     for house in offices.values():
         with World(house, WorldConfig()) as world:

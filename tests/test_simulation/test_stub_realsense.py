@@ -85,6 +85,7 @@ def test_the_command_says_where_the_recording_is(tmp_path, world):
         assert len(list(iter(player.read, None))) == 3
 
 
+@pytest.mark.alone
 def test_any_realsense_program_plays_it_at_its_own_pace(tmp_path):
     path = tmp_path / "quick.db3"
     device = SoftwareD435i()
