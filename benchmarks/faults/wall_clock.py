@@ -218,7 +218,7 @@ def measure_hung_pairs(hangs: int = HANGS) -> HungPairs:
 
 def _hang() -> float | None:
     """Time from a hang to the wheels at rest [s]; None where they turn on."""
-    floor, config, clock = _TimedFloor(), RoombaConfig(), WallClock()
+    floor, config, clock = _TimedFloor(), RoombaConfig(silence_timeout=0.5), WallClock()
     with on_wall_clock(SimulatedRoomba(floor)) as stub:
         link = ProcessLink(SerialAddress(stub.path).open, config)
         with Roomba(link, clock, config) as base:

@@ -44,8 +44,12 @@ def filmed(camera, floor):
 
 
 def settings(base_path):
-    """Settings of a robot with this camera and a base at a path."""
-    return f'serial_port = "{base_path}"\n[realsense]\nimu = false\nfps = {RATE}\n'
+    """Settings of a robot with this camera and a base at a path.
+
+    A simulated base whose threads this machine keeps from running for a moment is no silent one.
+    """
+    devices = f"[realsense]\nimu = false\nfps = {RATE}\n[roomba]\nsilence_timeout = 0.5\n"
+    return f'serial_port = "{base_path}"\n{devices}'
 
 
 def main(*arguments):

@@ -70,7 +70,7 @@ def run_robot(connection, path):
     """A robot whose program always drives ahead, and goes on after a stop where it is told to."""
     session = OperatorSession()
     session.on_step(step(0))
-    config = RoombaConfig()
+    config = RoombaConfig(silence_timeout=0.5)
     with Roomba(ProcessLink(SerialAddress(path).open, config), WallClock(), config) as base:
         shared = TwistMux(base, session.lease, session.stopped)
 

@@ -39,9 +39,6 @@ SOON = 0.5
 QUIET = 1.0
 """Wheels that have rested for so long stay at rest [s]."""
 DEADLINE = 90.0
-PATIENT = "[roomba]\nsilence_timeout = 0.5\n"
-"""Settings by which a simulated base whose threads this machine keeps from running for a moment is
-not taken for a silent one, before its wheels turn."""
 
 
 @contextmanager
@@ -78,7 +75,7 @@ def keyboard(typed):
     ],
 )
 def test_wheels_rest_after(command, end, stream, stub, floor, tmp_path):
-    (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path) + PATIENT)
+    (tmp_path / "robot.toml").write_text(filmed_room.settings(stub.path))
     program = [sys.executable, *COMMANDS[command], "--config", "robot.toml"]
     typed = {"teleop": UP, "launch": b"red lamp\n"}.get(command, b"")
     with (

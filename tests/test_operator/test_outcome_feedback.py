@@ -27,7 +27,7 @@ from vizbot.core.types import Twist
 
 @cli.app.command()
 def roll(port: str) -> None:
-    clock, config = WallClock(), RoombaConfig()
+    clock, config = WallClock(), RoombaConfig(silence_timeout=0.5)
     with Roomba(ProcessLink(SerialAddress(port).open, config), clock, config) as base:
         while True:
             base.drive(Twist(0.2, 0.0))

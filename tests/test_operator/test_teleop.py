@@ -75,7 +75,7 @@ def person():
 
 def open_base(stub):
     """The driver beside the test, without a process of its own, which takes a second to start."""
-    return open_lockstep(SerialAddress(stub.path).open, WallClock())
+    return open_lockstep(SerialAddress(stub.path).open, WallClock(), silence_timeout=0.5)
 
 
 def driving_by(base, person):
@@ -110,7 +110,7 @@ def test_an_arrow_that_is_held_rolls_and_a_terminal_that_hangs_up_stops(
     person, floor, stub, tmp_path
 ):
     settings = tmp_path / "robot.toml"
-    settings.write_text(f'serial_port = "{stub.path}"\n')
+    settings.write_text(f'serial_port = "{stub.path}"\n[roomba]\nsilence_timeout = 0.5\n')
     command = [sys.executable, "-m", "vizbot", "teleop", "--config", str(settings)]
     program = subprocess.Popen(command, stdin=person.keyboard, stderr=subprocess.PIPE)
     try:
