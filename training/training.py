@@ -221,24 +221,25 @@ def train(
         pixels, changed = swap_channels(pool.pixels[chosen], config.recoloured, rng)
         truth = torch.from_numpy(truth_of(captions, facts, changed)).to(device)
         values = augmented(to_values(torch.from_numpy(pixels)), rng).to(device)
-        ids = to_ids(tokenizer, [caption.text for caption in captions]).to(device)
+        texts = [caption.text for caption in captions]
         if lessons is not None:
             taught = rng.integers(len(lessons.pixels), size=config.batch // 4)
             real = augmented(to_values(torch.from_numpy(lessons.pixels[taught])), rng)
             values = torch.cat([values, real.to(device)])
-            ids = torch.cat([ids, to_ids(tokenizer, NAMES).to(device)])
+            texts += NAMES
+        ids = to_ids(tokenizer, texts).to(device)
         # In 16 bits the fused attention takes ten times as long for its gradient on a CPU.
         with (
             torch.autocast(device.type, torch.bfloat16, enabled=half),
             sdpa_kernel(SDPBackend.MATH),
         ):
-            texts = embedded(model.text_tower, ids).float()
+            said = embedded(model.text_tower, ids).float()
             images = model.image_tower(values).float()
-        scores, (patches, said) = model.log_odds(images, texts), truth.shape
-        loss = contrastive_loss(scores[:patches, :said], truth)
+        scores, (patches, captioned) = model.log_odds(images, said), truth.shape
+        loss = contrastive_loss(scores[:patches, :captioned], truth)
         if lessons is not None:
             beliefs = torch.from_numpy(lessons.beliefs[taught]).to(device)
-            loss = loss + lesson_loss(scores[patches:, said:], beliefs)
+            loss = loss + lesson_loss(scores[patches:, captioned:], beliefs)
         optimiser.zero_grad()
         loss.backward()  # type: ignore[no-untyped-call]
         torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0)

@@ -1,8 +1,9 @@
 """The wide stage: teaches the image tower homes that nobody here drew, after both other stages.
 
 `python -m training.wide_stage FOLDER --jar sweethome3d.jar --number N` goes on from the weights
-that come along. The text tower stays as it is, so that all phrasings stay learned. Half of the
-pictures are of our own homes, so that those stay learned, too.
+that come along. The text tower stays as it is, so that all phrasings stay learned. Some of the
+pictures are of our own homes, so that those stay learned, too, and the weights that are written lie
+between those before and those after the training.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pydantic import BaseModel, Field
 
 from mapping.clip.embedded.encoder import load_embedded_clip
 from mapping.clip.embedded.model_files import WEIGHTS
+from mapping.clip.embedded.towers import Clip
 from training.homes import Mixture, TrainingHome
 from training.lessons import read_lessons
 from training.training import PatchPool, StepsConfig, finish, train
@@ -87,6 +89,9 @@ def train_wide_stage(
         list[Path] | None, typer.Option(help="Folder of photographs to learn from, one or more.")
     ] = None,
     first: Annotated[Path, typer.Option(help="Folder of the weights to go on from.")] = WEIGHTS,
+    share: Annotated[
+        float, typer.Option(min=0.0, max=1.0, help="Part of what is learned that is kept.")
+    ] = 0.5,
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
     """Render homes of ours, of others and mixtures, and train the image tower on."""
@@ -97,11 +102,24 @@ def train_wide_stage(
         take_all(folder / "views", homes_of(config, number, jar, models), config.views, workers)
     )
     lessons = read_lessons(photographs, folder / "lessons.npz") if photographs else None
-    encoder = load_embedded_clip(first)
+    encoder, before = load_embedded_clip(first), load_embedded_clip(first).model
     encoder.model.text_tower.requires_grad_(False)
     encoder.model.image_tower.freeze(config.frozen)
     model = train(pool, encoder.tokenizer, encoder.model, folder, config.steps, lessons)
-    finish(model, encoder.tokenizer, folder, workers)
+    finish(between(before, model, share), encoder.tokenizer, folder, workers)
+
+
+def between(before: Clip, after: Clip, share: float) -> Clip:
+    """A model whose weights lie between those of two models, at `share` of the way to `after`.
+
+    It forgets less of what `before` knew than `after` does, and keeps most of what `after` has
+    learned (Wortsman et al. 2022, Robust fine-tuning of zero-shot models).
+    """
+    learned = after.state_dict()
+    mean = {name: torch.lerp(old.float(), learned[name].float(), share).to(old.dtype)
+            for name, old in before.state_dict().items()}  # fmt: skip
+    after.load_state_dict(mean)
+    return after
 
 
 if __name__ == "__main__":

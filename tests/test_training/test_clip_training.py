@@ -11,6 +11,7 @@ from mapping.clip.embedded.text_encoder import DIMENSION, LONGEST_TEXT
 from mapping.clip.embedded.towers import Clip
 from training.captions.captions import Caption, draw_texts, target, truth_of
 from training.captions.facts import FACT_INDEX, Facts
+from training.lessons import NAMES, Lessons
 from training.text_stage import TextStageConfig, export_model, train_text_tower
 from training.training import (
     VOCABULARY,
@@ -19,11 +20,13 @@ from training.training import (
     augmented,
     chosen_threshold,
     contrastive_loss,
+    lesson_loss,
     swap_channels,
     train,
     train_tokenizer,
 )
 from training.views import LabelledPatches
+from training.wide_stage import between
 from vizbot.core.errors import ConfigError
 from vizbot.core.home_vocabulary import EVALUATION_CLASSES
 
@@ -98,6 +101,34 @@ def test_training_lowers_the_loss(pool, tokenizer, tmp_path):
     steps = config(steps=12, average=0.0, checkpoint=100)
     trained = train(pool, tokenizer, untrained(tokenizer), tmp_path, steps)
     assert loss(trained) < 0.8 * before
+
+
+@pytest.mark.long
+def test_photographs_teach_what_their_teacher_says(pool, tokenizer, tmp_path):
+    beliefs = np.tile(np.float32([name == "refrigerator" for name in NAMES]), (4, 1))
+    yellow = Lessons(np.full((4, 96, 96, 3), (220, 220, 20), np.uint8), beliefs)
+    steps, losses = config(steps=12, average=0.0, checkpoint=100), []
+    for lessons in (None, yellow):
+        folder = tmp_path / str(len(losses))
+        folder.mkdir()
+        trained = train(pool, tokenizer, untrained(tokenizer), folder, steps, lessons)
+        with torch.inference_mode():
+            images = trained.image_tower(to_values(torch.from_numpy(yellow.pixels)))
+            odds = trained.log_odds(images, trained.text_tower(to_ids(tokenizer, NAMES)))
+        losses.append(float(lesson_loss(odds, torch.from_numpy(beliefs))))
+    assert losses[1] < 0.5 * losses[0]
+
+
+def test_weights_lie_between_those_of_two_models(tokenizer):
+    before, after = untrained(tokenizer), untrained(tokenizer)
+    before.image_tower.stem.weight.data.fill_(1.0)
+    after.image_tower.stem.weight.data.fill_(3.0)
+    mean = between(before, after, 0.25)
+    torch.testing.assert_close(
+        mean.image_tower.stem.weight, torch.full_like(before.image_tower.stem.weight, 1.5)
+    )
+    with pytest.raises(KeyError):
+        between(before, before.image_tower, 0.5)
 
 
 @pytest.mark.long
