@@ -198,9 +198,17 @@ def pictures(house: House, seed: int, views: ViewsConfig) -> Iterator[Picture]:
 
 
 def _places(house: House) -> NDArray[np.float64]:
-    """x, y (N, 2) where the robot can get from the start [m]."""
+    """x, y (N, 2) where the robot can get from the start [m].
+
+    Where the start of a home that was furnished anew is taken, it starts where there is most room.
+    """
     space = FreeSpace.from_house(house)
-    rows, columns = np.nonzero(space.reached(house.start[0], house.start[1]))
+    reached = space.reached(house.start[0], house.start[1])
+    if not reached.any():
+        widest = np.unravel_index(space.clear.argmax(), space.clear.shape)
+        (start,) = space.grid.pixels_to_xy(np.array([widest[::-1]]))
+        reached = space.reached(start[0], start[1])
+    rows, columns = np.nonzero(reached)
     return space.grid.pixels_to_xy(np.column_stack([columns, rows]))
 
 

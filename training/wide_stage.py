@@ -49,8 +49,10 @@ class WideStageConfig(BaseModel):
     """Pictures of each home."""
     frozen: int = Field(default=2, ge=0)
     """Blocks of the image tower behind its stem that stay as they are."""
-    steps: StepsConfig = StepsConfig(steps=2400, learning_rate=6e-4)
+    steps: StepsConfig = StepsConfig(steps=1600, learning_rate=6e-4)
     """Steps of the optimiser."""
+    share: float = Field(default=0.5, ge=0.0, le=1.0)
+    """Where the weights lie that are written, between those before (0) and after (1)."""
 
 
 def homes_of(
@@ -89,9 +91,6 @@ def train_wide_stage(
         list[Path] | None, typer.Option(help="Folder of photographs to learn from, one or more.")
     ] = None,
     first: Annotated[Path, typer.Option(help="Folder of the weights to go on from.")] = WEIGHTS,
-    share: Annotated[
-        float, typer.Option(min=0.0, max=1.0, help="Part of what is learned that is kept.")
-    ] = 0.5,
     workers: Annotated[int, typer.Option(help="Processes that render.")] = 2,
 ) -> None:
     """Render homes of ours, of others and mixtures, and train the image tower on."""
@@ -106,7 +105,7 @@ def train_wide_stage(
     encoder.model.text_tower.requires_grad_(False)
     encoder.model.image_tower.freeze(config.frozen)
     model = train(pool, encoder.tokenizer, encoder.model, folder, config.steps, lessons)
-    finish(between(before, model, share), encoder.tokenizer, folder, workers)
+    finish(between(before, model, config.share), encoder.tokenizer, folder, workers)
 
 
 def between(before: Clip, after: Clip, share: float) -> Clip:

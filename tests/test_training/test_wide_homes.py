@@ -120,17 +120,17 @@ def test_stages_share_no_home_and_none_is_to_judge_by():
     assert all(home.seed < 400 for n in range(9) for home in homes_of(config, n, Path("jar")))
 
 
-def test_near_views_are_taken_from_beside_a_thing(house, monkeypatch):
-    poses = []
+@pytest.fixture
+def poses(monkeypatch):
+    """Poses of the camera from which pictures are taken; these show nothing."""
+    taken = []
 
     class Eye:
-        """Sees nothing, and notes from where."""
-
         def __init__(self, *_):
             pass
 
         def render(self, T_world_cam):
-            poses.append(T_world_cam)
+            taken.append(T_world_cam)
             return np.zeros((480, 640, 3), np.uint8), np.zeros((480, 640), np.float32)
 
         def segment(self, _):
@@ -140,6 +140,10 @@ def test_near_views_are_taken_from_beside_a_thing(house, monkeypatch):
             pass
 
     monkeypatch.setattr(views, "Renderer", Eye)
+    return taken
+
+
+def test_near_views_are_taken_from_beside_a_thing(house, poses, monkeypatch):
     monkeypatch.setattr(views, "AIMED", 1.0)
     things = np.array([(it.x, it.y) for it in house.instances])
     shares = []
@@ -149,3 +153,8 @@ def test_near_views_are_taken_from_beside_a_thing(house, monkeypatch):
         away = [np.linalg.norm(things - T[:2, 3], axis=1).min() for T in poses]
         shares.append(np.mean(np.array(away) < NEAR + 0.2))
     assert shares[1] == 1.0 > shares[0] + 0.1
+
+
+def test_where_a_thing_stands_on_the_start_pictures_are_taken_beside_it(house, poses):
+    on_a_sofa = replace(house, start=(1.0, 2.5, 0.0))
+    assert len([*pictures(on_a_sofa, 0, ViewsConfig(pictures=5))]) == len(poses) == 5
