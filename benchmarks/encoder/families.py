@@ -28,7 +28,12 @@ from mapping.clip.evidence import Weights, fitted_weights
 from mapping.clip.scores import Background
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
-from vizbot.rehearsal.belief_fit.calibration import along_the_views, reliability_of, shown_in
+from vizbot.rehearsal.belief_fit.calibration import (
+    along_the_views,
+    fitted_to_walks,
+    reliability_of,
+    shown_in,
+)
 from vizbot.rehearsal.belief_fit.cosine_fit import fit_cosines
 from vizbot.rehearsal.belief_fit.fit import believed, fitted
 from vizbot.rehearsal.belief_fit.seen_home import SeenHome, ShownPlaces, seen_in
@@ -139,7 +144,8 @@ class _Encoder:
 
     def judge_own(self) -> Judged:
         log_odds = fit_cosines(self.fitted, self.encoder).log_odds
-        return self.judge(_weights(self.asked(self.fitted, log_odds)), log_odds)
+        weights = fitted_to_walks(_SeenHomes(self.asked(self.fitted, log_odds)))
+        return self.judge(weights, log_odds)
 
 
 def families_bench(config: Config, text: str, quick: bool, folder: Path) -> FamiliesBench:

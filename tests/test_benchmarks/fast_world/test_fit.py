@@ -47,6 +47,18 @@ def test_a_regression_finds_what_made_the_outcomes():
     assert logistic(inputs, outcomes, half) == pytest.approx(truth, abs=0.2)
 
 
+def test_a_regression_is_drawn_to_what_it_is_given_and_follows_what_it_sees():
+    prior = np.array([2.0, 0.5, -1.0])
+    nothing = np.zeros((50, 3)), np.full(50, 0.5), np.ones(50)
+    assert logistic(*nothing, prior) == pytest.approx(prior)
+    assert logistic(*nothing) == pytest.approx(np.zeros(3))
+    rng = np.random.default_rng(4)
+    inputs = np.column_stack([rng.normal(size=(20_000, 2)), np.ones(20_000)])
+    outcomes = (rng.random(20_000) < 1 / (1 + np.exp(-inputs @ [-1.0, 0.5, -1.0]))).astype(float)
+    drawn, free = (logistic(inputs, outcomes, np.ones(20_000), p) for p in (prior, None))
+    assert free[0] < drawn[0] < 0.0
+
+
 def in_order(home, rng):
     return range(len(home.stands))
 
@@ -125,6 +137,16 @@ def test_what_is_left_out_weighs_nothing(without):
     others = np.delete(found.join, [0, 1, 6, 8, 14, 19])
     assert (np.abs(others) > 1e-6).any() == (without is not Omission.JOINED_VIEWS)
     assert abs(found.join[0]) > 1e-6 and abs(found.near[0]) > 1e-6
+
+
+def test_all_numbers_are_drawn_to_those_that_come_along():
+    free = fitted([seen_at_random()], walks=in_order)
+    prior = Weights(*(each + 1.0 for each in (free.near, free.far, free.join)))
+    drawn = fitted([seen_at_random()], walks=in_order, prior=prior)
+    for name in ("near", "far"):
+        of_free, of_prior, of_drawn = (getattr(each, name) for each in (free, prior, drawn))
+        assert np.linalg.norm(of_drawn - of_prior) < np.linalg.norm(of_free - of_prior)
+    assert not np.allclose(drawn.join, free.join, atol=0.01)
 
 
 @pytest.fixture(scope="module")

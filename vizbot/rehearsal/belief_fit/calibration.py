@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.background.kept_bank import OnProgress
+from mapping.clip.evidence import Weights, fitted_weights
 from mapping.clip.fitted.calibration import (
     LIST_OF_VIEWS,
     EncoderCalibration,
@@ -28,7 +29,7 @@ from vizbot.core.types import ImuSamples, RGBDFrame
 from vizbot.rehearsal.belief_fit.cosine_fit import fit_cosines
 from vizbot.rehearsal.belief_fit.fit import believed, fitted
 from vizbot.rehearsal.belief_fit.places import Places
-from vizbot.rehearsal.belief_fit.seen_home import ShownPlaces, seen_in, shown_from
+from vizbot.rehearsal.belief_fit.seen_home import SeenHome, ShownPlaces, seen_in, shown_from
 from vizbot.rehearsal.belief_fit.view_list import VIEWS_OF_HOME, ListedHome
 from vizbot.rehearsal.belief_fit.views import Views, count_views
 from vizbot.rehearsal.config import RehearsalConfig
@@ -98,12 +99,12 @@ def calibrate_encoder(
     seen = [
         seen_in(each, encoder, background, cosines.log_odds, cosines.phrasings) for each in shown
     ]
-    weights = fitted(seen, walks=along_the_views)
+    weights = fitted_to_walks(seen)
     near, far, join = (
         tuple(each.round(5).tolist()) for each in (weights.near, weights.far, weights.join)
     )
     halves = [
-        believed(seen[1 - half :: 2], fitted(seen[half::2], walks=along_the_views), along_the_views)
+        believed(seen[1 - half :: 2], fitted_to_walks(seen[half::2]), along_the_views)
         for half in (0, 1)
     ]
     reliability, error = reliability_of(*(np.concatenate(of) for of in zip(*halves, strict=True)))
@@ -122,6 +123,11 @@ def calibrate_encoder(
         reliability=reliability,
         calibration_error=error,
     )
+
+
+def fitted_to_walks(homes: Sequence[SeenHome]) -> Weights:
+    """The numbers that fit homes seen on a walk each, drawn to those that come along."""
+    return fitted(homes, walks=along_the_views, prior=fitted_weights())
 
 
 def along_the_views(home: ShownPlaces, rng: np.random.Generator) -> Sequence[int]:
