@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +20,14 @@ MOST = 5
 """A question to a whole map has at most this number of answers."""
 APART = 0.8
 """Answers are at least this far apart [m]."""
+SPREAD = 0.7
+"""Standard deviation of the average of probabilities by which places are ranked [places]. The
+likeliest place of a thing is often one at its edge; its middle is likely all around. In the homes
+of the list of `vizbot calibrate encoder` it raises the share of first places that are right from
+0.62 to 0.66 with `embedded` and leaves it at 0.33 with `photos` (469 questions)."""
+BESIDE = 3
+"""Edge of the square of places around an answer where what is asked for is, if it is there
+[places]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +36,7 @@ class LikelyPlace:
 
     Attributes:
         position: (3,) of what a view shows there, in `map` [m].
-        probability: Probability that it is what is asked for.
+        probability: Probability that what is asked for is there or right beside it.
         element: Row of the map's element that shows it best.
     """
 
@@ -74,9 +83,13 @@ def likeliest_places(
     """
     rows, places = views.rows, views.placed(keyframe_poses).places
     row_of, column_of = np.nonzero(belief.seen)
-    probabilities = belief.probabilities[row_of, column_of].astype(np.float32)
-    ranks, places_xy = probabilities.copy(), belief.xy(row_of, column_of)
-    if first_xy is not None and len(ranks):
+    if len(row_of) == 0:
+        return []
+    likely = belief.probabilities.astype(np.float32)
+    ranks = cv2.GaussianBlur(likely, (0, 0), SPREAD)[row_of, column_of]
+    probabilities = cv2.dilate(likely, np.ones((BESIDE, BESIDE), np.uint8))[row_of, column_of]
+    places_xy = belief.xy(row_of, column_of)
+    if first_xy is not None:
         ranks[np.argmin(np.linalg.norm(places_xy - first_xy, axis=1))] = 2.0
     found = []
     for i in best(ranks, places_xy, MOST, APART).tolist():

@@ -5,12 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mapping.clip.belief import PlaceBelief
+from mapping.clip.footprint import PLACE
 from mapping.clip.likeliest_places import belief_of_map, likeliest_places
 from mapping.clip.place_rows import PlaceMap
 from mapping.clip.scores import NO_PICTURES
 from tests.test_belief.test_belief import ASKED, WEIGHTS, camera, shown
 from vizbot.core.geometry import planar
 
+SEEN = [(row, column) for row in (1, 2, 3) for column in (1, 2, 3)] + [(2, 10)]
+"""Row and column of places."""
 SIMPLY_ASKED = replace(ASKED, weights=WEIGHTS)
 
 
@@ -51,6 +55,24 @@ def test_places_beside_one_another_are_one_answer():
     positions = np.array([place.position for place in ask(views, [0.9])])
     away = np.linalg.norm(positions[:, None, :2] - positions[None, :, :2], axis=2)
     assert len(positions) == 2 and away[0, 1] > 0.45
+
+
+def test_the_middle_of_a_thing_answers_and_not_a_likelier_place_alone_or_at_its_edge():
+    probabilities = np.zeros((5, 14))
+    probabilities[1:4, 1:4], probabilities[1, 1], probabilities[2, 10] = 0.8, 0.85, 0.9
+    views = PlaceMap()
+    shown_at = [((column + 0.5) * PLACE, (row + 0.5) * PLACE) for row, column in SEEN]
+    for x, y in shown_at:
+        views.add(0, camera(0, y), camera(0, y), shown(x), 0)
+    seen = np.zeros(probabilities.shape, bool)
+    seen[tuple(np.transpose(SEEN))] = True
+    nothing = np.zeros(probabilities.shape, np.float32)
+    belief = PlaceBelief(np.zeros(2, np.int64), probabilities, nothing, seen, np.zeros((5, 14, 2)))
+    embeddings = np.ones((len(SEEN), 2), np.float32)
+    first, second = likeliest_places(belief, views, {0: np.eye(4)}, embeddings, SIMPLY_ASKED)[:2]
+    assert (first.position[:2] / PLACE - 0.5).round().tolist() == [2, 2]
+    assert (second.position[:2] / PLACE - 0.5).round().tolist() == [10, 2]
+    assert first.probability == pytest.approx(0.85) and second.probability == pytest.approx(0.9)
 
 
 def test_answers_move_with_the_keyframes(two_things):
