@@ -38,6 +38,7 @@ class PlaceBelief:
             nothing was seen.
         seen: (rows, cols) whether it was seen.
         seen_from: (rows, cols, 2) where the camera stood when it saw it best, in `map` [m].
+        heights: (rows, cols) of what the camera saw there, as of `PlaceViews.heights` [m].
     """
 
     low: NDArray[np.int64]
@@ -45,6 +46,7 @@ class PlaceBelief:
     likeness: NDArray[np.float32]
     seen: NDArray[np.bool_]
     seen_from: NDArray[np.float64]
+    heights: NDArray[np.float32]
 
     def xy(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
         """Centres (N, 2) of places in `map` [m]."""
@@ -103,6 +105,7 @@ class Belief:
             rows.ranges[weighed:],
             rows.spots[weighed:].astype(np.int64),
             placed.cameras_xy[weighed:],
+            placed.heights[weighed:],
         )
         believed = self._believed()
         others = [
@@ -115,7 +118,8 @@ class Belief:
         odds = views.features(self._room) @ self._weights.join
         probabilities = np.where(views.seen, 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), 0.0)
         seen_from = views.seen_from.astype(np.float64)
-        return PlaceBelief(views.low.copy(), probabilities, views.likeness, views.seen, seen_from)
+        low, heights = views.low.copy(), views.heights.copy()
+        return PlaceBelief(low, probabilities, views.likeness, views.seen, seen_from, heights)
 
 
 def against_rivals(believed: PlaceBelief, rivals: Sequence[PlaceBelief]) -> PlaceBelief:

@@ -56,11 +56,13 @@ class PlacedRows:
 
     Attributes:
         places: (R, 2) column, row of the place of each row, counted from the origin of the map.
+        heights: (R,) float32, of the mean points above the floor [m].
         cameras_xy: (R, 2) float32, where the camera stood, in `map` [m].
         moved: How often rows have moved to other places because keyframes moved.
     """
 
     places: NDArray[np.int64]
+    heights: NDArray[np.float32]
     cameras_xy: NDArray[np.float32]
     moved: int
 
@@ -79,6 +81,7 @@ class PlaceMap:
         self._cameras_keyframe = GrowingRows(np.zeros((len(first), 3), np.float32))
         self._cameras_xy = GrowingRows(np.zeros((0, 2), np.float32))
         self._places = GrowingRows(np.zeros((0, 2), np.int64))
+        self._heights = GrowingRows(np.zeros(0, np.float32))
         self._poses: dict[int, SE3] = {}
         self._spots: dict[tuple[int, int], int] = {}
         self._views: set[tuple[int, int]] = set()
@@ -135,18 +138,21 @@ class PlaceMap:
         ]
         if again:
             moved = np.flatnonzero(np.isin(rows.keyframes[:known], again))
-            cells = _cells(rows, moved, keyframe_poses)
+            cells, heights = _located(rows, moved, keyframe_poses)
             if not np.array_equal(cells, self._places.rows[moved]):
                 self._moved += 1
                 self._places = self._places.with_changed(moved, cells)
+            self._heights = self._heights.with_changed(moved, heights)
             cameras_xy = self._cameras(moved, keyframe_poses)
             self._cameras_xy = self._cameras_xy.with_changed(moved, cameras_xy)
         fresh = np.arange(known, len(rows))
-        self._places.add(_cells(rows, fresh, keyframe_poses))
+        cells, heights = _located(rows, fresh, keyframe_poses)
+        self._places.add(cells)
+        self._heights.add(heights)
         self._cameras_xy.add(self._cameras(fresh, keyframe_poses))
         ids = np.unique(rows.keyframes[fresh]).tolist() + again
         self._poses |= {keyframe: keyframe_poses[keyframe] for keyframe in ids}
-        return PlacedRows(self._places.rows, self._cameras_xy.rows, self._moved)
+        return PlacedRows(self._places.rows, self._heights.rows, self._cameras_xy.rows, self._moved)
 
     def _cameras(
         self, chosen: NDArray[np.int64], keyframe_poses: Mapping[int, SE3]
@@ -164,12 +170,12 @@ class PlaceMap:
         return self._spots.setdefault((column, row), number), turn
 
 
-def _cells(
+def _located(
     rows: PlaceRows, chosen: NDArray[np.int64], keyframe_poses: Mapping[int, SE3]
-) -> NDArray[np.int64]:
-    """The place (M, 2) column, row of each of the chosen rows (M,)."""
+) -> tuple[NDArray[np.int64], NDArray[np.float32]]:
+    """The place (M, 2) column, row and the height (M,) [m] of each of the chosen rows (M,)."""
     points = points_in_map(rows.points_keyframe[chosen], rows.keyframes[chosen], keyframe_poses)
-    return np.floor(points[:, :2] / PLACE).astype(np.int64)
+    return np.floor(points[:, :2] / PLACE).astype(np.int64), points[:, 2].astype(np.float32)
 
 
 def _no_rows() -> PlaceRows:

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from mapping.clip.evidence import NEAR
 from vizbot.core.program.kernels import kernel
 
-FIELDS = 14
+FIELDS = 15
 """Number of values that are kept of a place."""
 (
     _NEAR_SUM, _NEAR_COUNT, _BEST, _SECOND, _THIRD, _SPOTS, _LAST_SPOT,
-    _FAR_SUM, _FAR_COUNT, _FAR_BEST, _LIKENESS, _VIEWS, _FROM_X, _FROM_Y,
+    _FAR_SUM, _FAR_COUNT, _FAR_BEST, _LIKENESS, _VIEWS, _FROM_X, _FROM_Y, _HEIGHT,
 ) = range(FIELDS)  # fmt: skip
 NAMES = (
     "seen from near", "mean of the three best near views", "mean of near views",
@@ -65,6 +65,7 @@ class PlaceViews:
         ranges: NDArray[np.float32],
         spots: NDArray[np.int64],
         cameras_xy: NDArray[np.float32],
+        heights: NDArray[np.float32],
     ) -> None:
         """Add views, in the order in which they were taken.
 
@@ -75,11 +76,14 @@ class PlaceViews:
             ranges: (R,) distance of the place from the camera on the plan [m].
             spots: (R,) number of the spot that the camera stood on.
             cameras_xy: (R, 2) where it stood, in `map` [m].
+            heights: (R,) of what each shows there [m].
         """
         if len(places) == 0:
             return
         self._make_room(places.min(axis=0), places.max(axis=0) + 1)
-        _fold(self._places, places - self.low, evidence, likeness, ranges, spots, cameras_xy)
+        _fold(
+            self._places, places - self.low, evidence, likeness, ranges, spots, cameras_xy, heights
+        )
 
     @property
     def seen(self) -> NDArray[np.bool_]:
@@ -92,7 +96,16 @@ class PlaceViews:
 
         Best is the view that speaks most for it, of those from near where there are any.
         """
-        return np.asarray(self._places[..., _FROM_X:])
+        return np.asarray(self._places[..., _FROM_X : _FROM_Y + 1])
+
+    @property
+    def heights(self) -> NDArray[np.float32]:
+        """Height (rows, cols) of what the best view shows there [m].
+
+        Best is the view that speaks most for the place, of those from near where one speaks for it:
+        the others show what is beneath a thing that is out of the picture.
+        """
+        return np.asarray(self._places[..., _HEIGHT])
 
     @property
     def likeness(self) -> NDArray[np.float32]:
@@ -159,7 +172,7 @@ def around(
     return np.asarray(total / np.maximum(count, 1e-3))
 
 
-@kernel("void(f4[:,:,::1], i8[:,::1], f4[::1], f4[::1], f4[::1], i8[::1], f4[:,::1])")
+@kernel("void(f4[:,:,::1], i8[:,::1], f4[::1], f4[::1], f4[::1], i8[::1], f4[:,::1], f4[::1])")
 def _fold(
     kept: NDArray[np.float32],
     places: NDArray[np.int64],
@@ -168,6 +181,7 @@ def _fold(
     ranges: NDArray[np.float32],
     spots: NDArray[np.int64],
     cameras_xy: NDArray[np.float32],
+    heights: NDArray[np.float32],
 ) -> None:
     """Add views to the values that are kept of their places."""
     for i in range(len(places)):
@@ -179,6 +193,10 @@ def _fold(
         best = place[_BEST] if near else place[_FAR_BEST]
         if odds > best and (near or place[_NEAR_COUNT] == 0):
             place[_FROM_X], place[_FROM_Y] = cameras_xy[i, 0], cameras_xy[i, 1]
+        if not near or odds <= 0.0:
+            best = np.inf if place[_BEST] > 0.0 else max(place[_BEST], place[_FAR_BEST])
+        if odds > best:
+            place[_HEIGHT] = heights[i]
         if not near:
             place[_FAR_SUM] += odds
             place[_FAR_COUNT] += 1

@@ -244,17 +244,19 @@ def test_the_best_views_of_a_place_are_kept_in_order():
     places = np.tile(np.array([[7, -3]]), (4, 1))
     spots = np.array([0, 0, 1, 2])
     cameras = np.float32([[0, 0], [1, 0], [2, 0], [3, 0]])
-    views.add(places, odds, np.zeros(4, np.float32), np.full(4, 1.0, np.float32), spots, cameras)
+    none, heights = np.zeros(4, np.float32), np.float32([0.1, 0.2, 0.3, 0.4])
+    views.add(places, odds, none, np.full(4, 1.0, np.float32), spots, cameras, heights)
     assert views.seen_from[0, 0].tolist() == [1, 0], "where the best view was taken"
     near, top, mean, spots_told, *_ = views.features(room=False)[0, 0]
     assert (near, top, mean) == pytest.approx((1.0, (2.0 + 1.0 + 0.5) / 3, 2.5 / 4))
     assert spots_told == pytest.approx(np.log1p(3)) and views.low.tolist() == [7, -3]
-    afar = np.float32([5.0]), spots[:1], np.float32([[9, 9]])
+    afar = np.float32([5.0]), spots[:1], np.float32([[9, 9]]), np.float32([1.5])
     views.add(np.array([[6, -2]]), odds[:1], odds[:1], *afar)
     views.add(np.array([[7, -3]]), np.float32([5.0]), odds[:1], *afar)
     assert views.shape == (2, 2) and views.features(room=False)[0, 1, 1] == pytest.approx(3.5 / 3)
     assert views.seen[1, 0] and not views.seen[0, 0]
     assert views.seen_from[1, 0].tolist() == [9, 9]
+    assert views.heights[[0, 1], [1, 0]] == pytest.approx([0.2, 1.5]), "of the best views"
     assert views.seen_from[0, 1].tolist() == [1, 0], "views from near count before those from afar"
 
 

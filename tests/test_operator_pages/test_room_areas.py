@@ -16,6 +16,7 @@ def belief(probabilities, low=(0, 0)):
         np.zeros(seen.shape, np.float32),
         seen,
         np.zeros((*seen.shape, 2)),
+        np.zeros(seen.shape, np.float32),
     )
 
 

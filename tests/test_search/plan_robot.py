@@ -289,6 +289,7 @@ class PlanPerception:
             np.zeros(self._shape, np.float32),
             self._seen,
             self._seen_from,
+            np.full(self._shape, 0.5, np.float32),
         )
 
 

@@ -72,7 +72,7 @@ def test_without_joined_views_only_the_best_of_a_place_count():
         views.add(
             np.zeros((times, 2), np.int64), np.full(times, 2.0, np.float32),
             np.zeros(times, np.float32), np.ones(times, np.float32), np.arange(times),
-            np.zeros((times, 2), np.float32),
+            np.zeros((times, 2), np.float32), np.zeros(times, np.float32),
         )  # fmt: skip
         odds.append(views.features(room=False)[0, 0] @ np.stack([whole.join, alone.join], axis=1))
     assert odds[0][1] == pytest.approx(odds[1][1]) and odds[0][0] < odds[1][0]

@@ -41,14 +41,14 @@ def room(explored=True, width=6.0):
     return grid, frontiers
 
 
-def believed(at=None, likeness=0.0, shape=(18, 26), seen_from=SEEN_FROM):
+def believed(at=None, likeness=0.0, shape=(18, 26), seen_from=SEEN_FROM, height=0.5):
     """A belief with these probabilities at x, y."""
     probabilities = np.zeros(shape)
     for (x, y), probability in (at or {}).items():
         probabilities[int(y / PLACE), int(x / PLACE)] = probability
     return PlaceBelief(
         np.zeros(2, np.int64), probabilities, np.full(shape, likeness, np.float32),
-        np.ones(shape, bool), np.full((*shape, 2), seen_from),
+        np.ones(shape, bool), np.full((*shape, 2), seen_from), np.full(shape, height, np.float32),
     )  # fmt: skip
 
 

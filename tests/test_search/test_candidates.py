@@ -33,7 +33,8 @@ def test_people_are_shown_the_probabilities_that_the_search_decides_by():
     seen = np.array([[True, True, False], [True, False, False]])
     probabilities = np.where(seen, [[0.2, 0.9, 0.0], [0.1, 0.0, 0.0]], 0.0)
     low, ones = np.array([-3, 5]), np.ones((2, 3), np.float32)
-    scores = scores_of(PlaceBelief(low, probabilities, ones, seen, np.zeros((*seen.shape, 2))))
+    cameras_xy = np.zeros((*seen.shape, 2))
+    scores = scores_of(PlaceBelief(low, probabilities, ones, seen, cameras_xy, ones))
     assert scores.best == pytest.approx(0.9)
     corner = low * PLACE
     at = corner + PLACE * np.array([(1.5, 0.5), (0.5, 1.5), (1.5, 1.5), (9.0, 0.5)])

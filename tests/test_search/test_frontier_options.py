@@ -32,8 +32,9 @@ def behind(length, width, likeness=0.0):
     values = np.zeros(plan, np.float32)
     values[:, round(SEEN / PLACE) - 2 :] = likeness
     belief = PlaceBelief(
-        np.zeros(2, np.int64), np.zeros(plan), values, np.ones(plan, bool), np.zeros((*plan, 2))
-    )
+        np.zeros(2, np.int64), np.zeros(plan), values, np.ones(plan, bool), np.zeros((*plan, 2)),
+        values,
+    )  # fmt: skip
     here = planar(1.0, width / 2, 0.0)
     [option] = FrontierOptions(CONFIG, frontiers, likeness=True).options(
         belief, costmap, ways, here

@@ -24,6 +24,7 @@ NOTHING_SEEN = PlaceBelief(
     np.zeros((0, 0), np.float32),
     np.zeros((0, 0), np.bool_),
     np.zeros((0, 0, 2)),
+    np.zeros((0, 0), np.float32),
 )
 
 

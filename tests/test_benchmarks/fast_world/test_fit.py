@@ -31,7 +31,7 @@ def test_nothing_seen_is_hardly_ever_believed():
     views = PlaceViews()
     views.add(
         np.array([[0, 0]]), np.float32([-2.5]), np.float32([0.0]), np.float32([1.0]),
-        np.array([0]), np.zeros((1, 2), np.float32),
+        np.array([0]), np.zeros((1, 2), np.float32), np.zeros(1, np.float32),
     )  # fmt: skip
     odds = views.features(room=False)[0, 0] @ fitted_weights().join
     assert odds < -2.0

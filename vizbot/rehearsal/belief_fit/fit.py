@@ -215,6 +215,7 @@ def _joined(
                     views.add(
                         shown.places[rows], found[rows], home.likeness[goal][rows],
                         shown.ranges[rows], stands, np.zeros((len(stands), 2), np.float32),
+                        np.zeros(len(stands), np.float32),
                     )  # fmt: skip
                 done = cut
                 row, column = np.nonzero(views.seen)
