@@ -109,8 +109,8 @@ class NavigatorConfig(Settings):
     follower: FollowerConfig = FollowerConfig()
     """These settings are the speeds along the path."""
     reach_margin: float = Field(default=0.1, ge=0.001, le=1.0)
-    """Paths end nearer by this than `Reach.distance`, so that the robot does not stop at its limit
-    [m]."""
+    """Paths end this far within the limits of where a goal is reached, so that the robot does not
+    stop at one [m]."""
     facing_tolerance: float = Field(default=0.15, ge=0.01, le=1.6)
     """The robot faces its goal where its heading errs by at most this [rad]."""
     distant_point: tuple[_Coordinate, _Coordinate] = (-50.0, -50.0)

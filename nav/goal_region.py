@@ -1,4 +1,4 @@
-"""Where a robot may stop for its goals: near enough, with room to stand, and nothing in between."""
+"""Where a robot may stop for its goals: near enough and no nearer, with nothing in between."""
 
 from __future__ import annotations
 
@@ -80,6 +80,7 @@ def goal_region(
     reach: float,
     own_extent: float,
     fronts_xy: NDArray[np.float64] | None = None,
+    least: NDArray[np.float64] | None = None,
 ) -> GoalRegion:
     """Find for each cell the index of the nearest goal that a robot in it would have reached.
 
@@ -94,8 +95,10 @@ def goal_region(
         reach: Distance from the robot's centre to the goal [m].
         own_extent: Size of the object that may surround the goal point [m].
         fronts_xy: (N, 2) points that must be in sight instead of the goals; None for the goals [m].
+        least: (N,) distances from the goals within which they are not reached; None for 0 [m].
     """
     goals_xy = np.asarray(goals_xy, np.float64).reshape(-1, 2)
+    least = np.zeros(len(goals_xy)) if least is None else least
     # Hundreds of points of one object share few cells; one goal a cell is enough.
     _, one_each = np.unique(costmap.grid.to_cells(goals_xy), axis=0, return_index=True)
     one_each.sort()
@@ -118,6 +121,7 @@ def goal_region(
         goal_cells,
         seen_cells,
         one_each.astype(np.int64),
+        least[one_each] / resolution,
         cells,
         own_extent / resolution,
     )
@@ -131,6 +135,7 @@ def reached_goal(
     reach: float,
     own_extent: float,
     fronts_xy: NDArray[np.float64] | None = None,
+    least: NDArray[np.float64] | None = None,
 ) -> int | None:
     """Index of the nearest goal that a robot at `position` (2,) has reached, as in `goal_region`.
 
@@ -142,6 +147,8 @@ def reached_goal(
     for goal in np.argsort(distances, kind="stable"):
         if distances[goal] > reach:
             return None
+        if least is not None and distances[goal] < least[goal]:
+            continue
         if sees(costmap, position, seen_xy[goal], own_extent):
             return int(goal)
     return None
@@ -186,7 +193,9 @@ def clear_line(
     return True
 
 
-@kernel("void(i8[:,::1], i8[::1], f4[:,::1], f4[:,::1], f8[:,::1], f8[:,::1], i8[::1], f8, f8)")
+@kernel(
+    "void(i8[:,::1], i8[::1], f4[:,::1], f4[:,::1], f8[:,::1], f8[:,::1], i8[::1], f8[::1], f8, f8)"
+)
 def _nearest_goals(
     region: NDArray[np.int64],
     corner: NDArray[np.int64],
@@ -195,6 +204,7 @@ def _nearest_goals(
     goal_cells: NDArray[np.float64],
     seen_cells: NDArray[np.float64],
     indices: NDArray[np.int64],
+    least: NDArray[np.float64],
     reach: float,
     own_extent: float,
 ) -> None:
@@ -207,7 +217,7 @@ def _nearest_goals(
         for r in range(max(int(goal_row - reach), 0), min(int(goal_row + reach) + 1, rows)):
             for c in range(max(int(goal_col - reach), 0), min(int(goal_col + reach) + 1, cols)):
                 distance = np.sqrt((r + 0.5 - goal_row) ** 2 + (c + 0.5 - goal_col) ** 2)
-                if distance > reach or np.isinf(cost[r, c]):
+                if distance > reach or distance < least[k] or np.isinf(cost[r, c]):
                     continue
                 if distance >= nearest[r - top, c - left]:
                     continue

@@ -32,11 +32,13 @@ class GoalPoints:
         costs: (N,) 0 or more, added to the cost of the path to each goal; None adds nothing.
         seen_from: (N, 2) positions of the camera when it saw the goals, in `map` [m]; None lets a
             goal be reached from any side.
+        least: (N,) the robot stops no nearer to each goal than this [m]; None for 0.
     """
 
     xy: NDArray[np.float64]
     costs: NDArray[np.float64] | None = None
     seen_from: NDArray[np.float64] | None = None
+    least: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,12 +74,9 @@ def navigate(
 
     `costmap` has a frame, as of `LiveCostmap`; `previous` is the result of the tick before, None at
     first and after a stop.
-
-    `costmap` has a frame, as of `LiveCostmap`; `previous` is the result of the tick before, None at
-    first and after a stop.
     """
     goals_xy = np.asarray(goals.xy, np.float64).reshape(-1, 2)
-    goal_costs, seen_from = goals.costs, goals.seen_from
+    goal_costs, seen_from, least = goals.costs, goals.seen_from, goals.least
     position = T_map_base[:2, 3]
     extent, fronts_xy, indices = reach.extent, None, np.arange(len(goals_xy))
     if seen_from is not None:
@@ -85,9 +84,11 @@ def navigate(
         extent, indices = costmap.grid.resolution, np.flatnonzero(seen)
         goals_xy, fronts_xy = goals_xy[seen], fronts_xy[seen]
         goal_costs = None if goal_costs is None else goal_costs[seen]
-    within = reach.distance - config.reach_margin
-    region = goal_region(costmap, goals_xy, within, extent, fronts_xy)
-    goal = reached_goal(costmap, goals_xy, position, reach.distance, extent, fronts_xy)
+        least = None if least is None else least[seen]
+    margin = config.reach_margin
+    inner = None if least is None else np.where(least > 0.0, least + margin, 0.0)
+    region = goal_region(costmap, goals_xy, reach.distance - margin, extent, fronts_xy, inner)
+    goal = reached_goal(costmap, goals_xy, position, reach.distance, extent, fronts_xy, least)
     if goal is None:
         # At the end of a path, a robot beside the centre of its cell may just not see the goal.
         here = region.goal_from(costmap.grid.to_cells(position))

@@ -86,6 +86,9 @@ class BeliefSearchConfig(Settings):
     min_probability_per_metre: float = Field(default=0.005, ge=0.0, le=10.0)
     """A search ends as not found where nothing has more than this probability for each metre of
     way; the limit rises to this from 0 between `late_after_steps` and twice that [1/m]."""
+    vertical_field_of_view: float = Field(default=0.73, ge=0.1, le=3.1)
+    """The camera sees this angle vertically, somewhat less than in truth; by it and the mount the
+    robot stops where a thing is in the picture [rad]."""
 
 
 class ObjectNavConfig(Settings):

@@ -35,14 +35,18 @@ from vizbot.objectnav import reasons
 from vizbot.objectnav.candidates import NOTHING_SEEN, believed_places, question_of, scores_of
 from vizbot.objectnav.looks import APART, Looks, Turns
 from vizbot.objectnav.option import Aim, Option
-from vizbot.objectnav.place_options import (
-    REACH,
-    ROOM_REACH,
-    FrontierOptions,
-    PlaceOptions,
-    fronts_of,
-)
+from vizbot.objectnav.place_options import FrontierOptions, PlaceOptions
 from vizbot.objectnav.search_parts import ALL_PARTS, SearchParts
+from vizbot.objectnav.seen_places import AROUND, SeenPlaces
+from vizbot.objectnav.stops import (
+    BAND,
+    EXTENT,
+    NEAR,
+    ROOM_LOOK,
+    ROOM_REACH,
+    WITHIN,
+    Stops,
+)
 from vizbot.objectnav.tasks import Decision, Goal
 from vizbot.objectnav.verdicts import Verdicts
 
@@ -51,9 +55,6 @@ if TYPE_CHECKING:  # a search may be made without a camera
 
 CLOSING = 2.0
 """Distance within which the robot approaches a believed place before anything else [m]."""
-AROUND = 1.6
-"""Distance of places that one patch may show [m]: what stands before a thing is believed for its
-sake, and the robot approaches the thing."""
 LOOK_WAY = {"place": 0.5, "frontier": 2.0}
 """What looking costs once the robot is there, by the kind of option, as a length of way [m]."""
 LOOK_STEPS = 2
@@ -62,6 +63,7 @@ HELD = 0.8
 """Factor on the threshold of a place while the robot approaches it."""
 MOST_BELIEFS = 64
 """Goals whose beliefs are kept."""
+_OUT_OF_SIGHT = f"there is no spot within {WITHIN:.0f} m to see it from"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,12 +74,14 @@ class _SurePlace:
         xy: (2,) in `map` [m].
         probability: Probability that it is the goal.
         threshold: Probability that it needs.
+        in_picture: Whether it is in the picture from anywhere near enough.
     """
 
     xy: NDArray[np.float64]
     probability: float
     threshold: float
     navigation: Navigation
+    in_picture: bool
 
 
 class BeliefSearch:
@@ -97,7 +101,7 @@ class BeliefSearch:
         self._parts = parts
         self._config, self._search = config, config.objectnav.search
         self._frontiers = frontiers
-        self._places = PlaceOptions(config)
+        self._places, self._stops = PlaceOptions(config), Stops(config)
         self._unseen = FrontierOptions(config, frontiers, likeness=parts.likeness)
         self._costmap = LiveCostmap(config.navigator.costmap)
         self._ways = WayField()
@@ -214,7 +218,7 @@ class BeliefSearch:
         if closing is not None:
             return closing
         while options := [
-            *self._places.options(belief, costmap, self._ways, self._looks),
+            *self._places.options(belief, costmap, self._ways, self._looks, self._look_reach),
             *self._unseen.options(belief, costmap, self._ways, T_map_base),
         ]:
             option = max(options, key=self._worth)
@@ -268,32 +272,50 @@ class BeliefSearch:
         """
         held = self._aim if self._aim is not None and self._aim.kind == "stop" else None
         kept = sure if held is None else HELD * min(sure, held.sure)
-        rows, columns = np.nonzero(belief.probabilities >= kept)
-        places_xy, seen_from = belief.xy(rows, columns), belief.seen_from[rows, columns]
-        here, resolution = T_map_base[:2, 3], costmap.grid.resolution
-        near = np.linalg.norm(places_xy - here, axis=1) <= CLOSING
-        fronts_xy, known = fronts_of(costmap, places_xy, seen_from)
-        reach = ROOM_REACH if self._wants_room else REACH
-        probabilities = belief.probabilities[rows, columns]
+        places, here = SeenPlaces.of(belief, kept, costmap), T_map_base[:2, 3]
+        near = np.flatnonzero(places.within(CLOSING, here))
 
         def way_to(i: int) -> Navigation | None:
-            side = seen_from[i] if known[i] else None
-            return self._navigate(places_xy[i], reach, costmap, T_map_base, side)
+            height = float(places.heights[i])
+            reach = ROOM_REACH if self._wants_room else self._stops.reach(height)
+            return self._to_any(places, np.array([i]), reach, costmap, T_map_base)
 
-        for i in np.flatnonzero(near)[np.argsort(-probabilities[near])].tolist():
-            if not sees(costmap, here, fronts_xy[i], resolution):
+        for i in near[np.argsort(-places.probabilities[near])].tolist():
+            if not sees(costmap, here, places.fronts_xy[i], costmap.grid.resolution):
                 continue
-            threshold = kept if self._aims_at("stop", places_xy[i]) else sure
-            if probabilities[i] < threshold:
+            threshold = kept if self._aims_at("stop", places.xy[i]) else sure
+            if places.probabilities[i] < threshold:
                 continue
             navigation = way_to(i)
             if navigation is None or navigation.distance > CLOSING:
                 continue
-            chosen, likeliest = i, self._likeliest_around(i, places_xy, probabilities)
-            way = way_to(likeliest) if likeliest != i else None
+            # A room is large, and reached at the place itself.
+            chosen = i if self._wants_room else places.likeliest_around(i)
+            way = way_to(chosen) if chosen != i else None
             if way is not None and way.distance <= CLOSING + AROUND:
-                chosen, navigation = likeliest, way
-            yield _SurePlace(places_xy[chosen], float(probabilities[chosen]), threshold, navigation)
+                navigation = way
+            else:
+                chosen = i
+            yield _SurePlace(
+                places.xy[chosen],
+                float(places.probabilities[chosen]),
+                threshold,
+                navigation,
+                self._wants_room or self._stops.sees(float(places.heights[chosen])),
+            )
+
+    def _to_any(
+        self,
+        places: SeenPlaces,
+        chosen: NDArray[np.int64],
+        reach: Reach,
+        costmap: Costmap,
+        T_map_base: SE3,
+    ) -> Navigation | None:
+        """The way to whichever of the chosen places is nearest; None without one."""
+        side = places.seen_from[chosen] if places.known[chosen].any() else None
+        heights = places.heights[chosen]
+        return self._navigate(places.xy[chosen], reach, costmap, T_map_base, side, heights)
 
     def _go_up_to(self, place: _SurePlace, sure: float, T_map_base: SE3) -> Decision | None:
         """Approach a place, look, and stop; None where a room is doubted after a turn in it."""
@@ -327,26 +349,18 @@ class BeliefSearch:
         if aim.looking <= LOOK_STEPS:
             return replace(decision, twist=STOP, activity="making sure")
         self.answer_xy = xy
-        ended = Outcome.ARRIVED, self._verdicts.reason(xy, f"{score:.0%} sure, from near by")
+        seen = "from near by" if place.in_picture else f"but {_OUT_OF_SIGHT}"
+        ended = Outcome.ARRIVED, self._verdicts.reason(xy, f"{score:.0%} sure, {seen}")
         return replace(decision, twist=STOP, activity="arrived", why="", ended=ended)
-
-    def _likeliest_around(
-        self, place: int, places_xy: NDArray[np.float64], probabilities: NDArray[np.float64]
-    ) -> int:
-        """The likeliest place around a place, if its doubt is at most half as large.
-
-        Otherwise, and for a room, which is large, the place itself.
-        """
-        if self._wants_room:
-            return place
-        around = np.linalg.norm(places_xy - places_xy[place], axis=1) <= AROUND
-        likeliest, doubt = int(np.argmax(np.where(around, probabilities, 0.0))), 1 - probabilities
-        return likeliest if doubt[likeliest] <= doubt[place] / 2 else place
 
     @property
     def _wants_room(self) -> bool:
         """Whether a room is searched for."""
         return self.goal is not None and self.goal.is_room
+
+    def _look_reach(self, height: float) -> Reach:
+        """Where a place is looked at, by the height of what was seen there [m]."""
+        return ROOM_LOOK if self._wants_room else self._stops.reach(height)
 
     @property
     def _sure(self) -> float:
@@ -377,15 +391,15 @@ class BeliefSearch:
         closing = self._close_in(belief, least, costmap, T_map_base)
         if closing is not None:
             return closing
-        rows, columns = np.nonzero(belief.probabilities >= least)
-        if len(rows):
-            places_xy = belief.xy(rows, columns)
-            seen_from = belief.seen_from[rows, columns]
-            navigation = self._navigate(places_xy, REACH, costmap, T_map_base, seen_from)
+        places = SeenPlaces.of(belief, least, costmap)
+        if len(places.xy):
+            everyone = np.arange(len(places.xy))
+            reach = ROOM_LOOK if self._wants_room else Reach(distance=NEAR, extent=EXTENT)
+            navigation = self._to_any(places, everyone, reach, costmap, T_map_base)
             if navigation is not None and not navigation.arrived:
                 assert navigation.goal is not None
                 self._previous = navigation
-                probability = float(belief.probabilities[rows, columns][navigation.goal])
+                probability = float(places.probabilities[navigation.goal])
                 why = reasons.going_back(navigation.goal_xy, probability, T_map_base)
                 return Decision(
                     navigation.twist,
@@ -395,6 +409,11 @@ class BeliefSearch:
                     why=why,
                     score=probability,
                 )
+            if navigation is None and not self._wants_room:
+                likeliest = float(belief.probabilities.max())
+                reason = f"{likeliest:.0%} sure, but {_OUT_OF_SIGHT}"
+                ended = Outcome.NOT_FOUND, reason
+                return Decision(STOP, "nothing left to try", threshold=least, ended=ended)
         share = self._frontiers.seen_share or 0.0
         reason = f"{share:.0%} of what can be reached was seen, and nothing there is likely enough"
         ended = Outcome.NOT_FOUND, reason
@@ -413,10 +432,12 @@ class BeliefSearch:
         if aim is None or not self._aims_at(option.kind, option.xy):
             aim = self._aim = Aim(option.kind, option.xy)
         aim.xy = option.xy
-        reach = REACH
         if option.kind == "frontier":
             reach = Reach(distance=self._config.frontier.stand_off, extent=costmap.grid.resolution)
-        return self._navigate(option.xy, reach, costmap, T_map_base, option.seen_from)
+            return self._navigate(option.xy, reach, costmap, T_map_base)
+        side, height = option.seen_from, option.height
+        reach = self._look_reach(height)
+        return self._navigate(option.xy, reach, costmap, T_map_base, side, height)
 
     def _why(self, option: Option, options: Sequence[Option], T_map_base: SE3) -> str:
         """Why the robot is on its way to one of the options, in words."""
@@ -437,17 +458,25 @@ class BeliefSearch:
         costmap: Costmap,
         T_map_base: SE3,
         seen_from: NDArray[np.float64] | None = None,
+        heights: NDArray[np.floating] | float | None = None,
     ) -> Navigation | None:
-        """The way to the point, or to the nearest of the points; None without one."""
-        side = None if seen_from is None else seen_from.reshape(-1, 2)
-        return navigate(
-            costmap,
-            GoalPoints(goals_xy.reshape(-1, 2), seen_from=side),
-            T_map_base,
-            reach,
-            self._config.navigator,
-            self._previous,
-        )
+        """The way to the point, or to the nearest of the points; None without one.
+
+        With `heights` of things the robot stops where these are in the picture, or as far away as
+        there is room.
+        """
+        goals = GoalPoints(goals_xy.reshape(-1, 2))
+        if seen_from is not None:
+            goals = replace(goals, seen_from=seen_from.reshape(-1, 2))
+        if heights is not None and not self._wants_room:
+            least = self._stops.least(np.atleast_1d(heights))
+            goals = replace(goals, least=np.minimum(least, reach.distance - BAND))
+        config, previous = self._config.navigator, self._previous
+        while True:
+            navigation = navigate(costmap, goals, T_map_base, reach, config, previous)
+            if navigation is not None or goals.least is None or not goals.least.any():
+                return navigation
+            goals = replace(goals, least=np.maximum(goals.least - BAND, 0.0))
 
 
 def _without(belief: PlaceBelief, places_xy: NDArray[np.float64]) -> PlaceBelief:

@@ -21,6 +21,7 @@ class Option:
         way: Length of the way to it, in metres of free floor.
         seen_from: (2,) where the camera stood when it saw a place best; None where the robot may
             come from any side.
+        height: Height of what the camera saw at a place [m].
         area: Unseen area behind a frontier, as far as it counts [m^2].
         likeness: Likeness to the goal of what was seen beside a frontier [standard deviations].
     """
@@ -30,6 +31,7 @@ class Option:
     probability: float
     way: float
     seen_from: NDArray[np.float64] | None = None
+    height: float = 0.0
     area: float = 0.0
     likeness: float = 0.0
 

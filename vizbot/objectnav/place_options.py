@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import ClassVar
 
 import numpy as np
@@ -11,19 +12,14 @@ from mapping.clip.belief import PlaceBelief
 from nav.config import Reach
 from nav.costmap import Costmap
 from nav.frontier import FrontierSearch
-from nav.goal_region import fronts
 from nav.way_field import WayField
 from vizbot.config import Config
 from vizbot.core.geometry import wrap_angle, yaw_of
 from vizbot.core.types import SE3
 from vizbot.objectnav.looks import APART, Looks
 from vizbot.objectnav.option import Option
+from vizbot.objectnav.seen_places import SeenPlaces
 
-REACH = Reach(distance=1.3, extent=0.6)
-"""Where a place is looked at, and counts as arrived at. From nearer the camera does not see what
-lies on the floor or hangs on a wall."""
-ROOM_REACH = Reach(distance=0.9, extent=0.6)
-"""Where a room counts as arrived at: a robot that looks in from outside has not arrived."""
 MOST_CANDIDATES = 8
 LEAST = 0.02
 """Least probability of a place that is looked at, even when nothing else is left."""
@@ -33,65 +29,41 @@ class PlaceOptions:
     """Values each place by its probability; one that was looked at in vain is left."""
 
     def __init__(self, config: Config) -> None:
-        self._within = REACH.distance - config.navigator.reach_margin
+        self._margin = config.navigator.reach_margin
 
     def options(
-        self, belief: PlaceBelief, costmap: Costmap, ways: WayField, looks: Looks
+        self,
+        belief: PlaceBelief,
+        costmap: Costmap,
+        ways: WayField,
+        looks: Looks,
+        reach_of: Callable[[float], Reach],
     ) -> list[Option]:
-        """The likeliest places to look at, apart from one another."""
-        rows, columns = np.nonzero(belief.probabilities >= LEAST)
-        places_xy, probabilities = belief.xy(rows, columns), belief.probabilities[rows, columns]
-        left = np.where(looks.are_done(places_xy), 0.0, probabilities)
-        seen_from = belief.seen_from[rows, columns]
-        fronts_xy, known = fronts_of(costmap, places_xy, seen_from)
+        """The likeliest places to look at, apart from one another.
+
+        `reach_of` says from where, by the height of what was seen there [m].
+        """
+        places = SeenPlaces.of(belief, LEAST, costmap)
+        left = np.where(looks.are_done(places.xy), 0.0, places.probabilities)
         options: list[Option] = []
         for _ in range(MOST_CANDIDATES):
             if len(left) == 0 or left.max() < LEAST:
                 break
             best = int(np.argmax(left))
-            xy, probability = places_xy[best], float(left[best])
-            side = seen_from[best] if known[best] else None
-            way = self._way(xy, None if side is None else fronts_xy[best], costmap, ways)
+            xy, front_xy = places.xy[best], places.fronts_xy[best]
+            height = float(places.heights[best])
+            reach = reach_of(height)
+            side = places.seen_from[best] if places.known[best] else None
+            extent = reach.extent if side is None else costmap.grid.resolution
+            within = reach.distance - self._margin
+            seen_xy = None if side is None else front_xy
+            way = ways.cost_to_reach(costmap, xy, within, extent, seen_xy)
             if not np.isfinite(way):  # visible from no spot: try it as it is, then leave it
-                way = float(ways.costs(fronts_xy[best][None], REACH.distance)[0])
+                way = float(ways.costs(front_xy[None], reach.distance)[0])
             if np.isfinite(way):
-                options.append(Option("place", xy, probability, way, side))
-            left[np.linalg.norm(places_xy - xy, axis=1) <= APART] = 0.0
+                options.append(Option("place", xy, float(left[best]), way, side, height))
+            left[places.within(APART, xy)] = 0.0
         return options
-
-    def _way(
-        self,
-        xy: NDArray[np.float64],
-        front_xy: NDArray[np.float64] | None,
-        costmap: Costmap,
-        ways: WayField,
-    ) -> float:
-        """The way to where a place is within reach and in sight; inf without one."""
-        extent = REACH.extent if front_xy is None else costmap.grid.resolution
-        return ways.cost_to_reach(costmap, xy, self._within, extent, front_xy)
-
-
-def fronts_of(
-    costmap: Costmap, places_xy: NDArray[np.float64], seen_from: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Points in front of places, on the side they were seen from, and whether each is known free.
-
-    Where nothing stands there, it is the point on the line of sight that is as far from the place
-    as an object in it may reach.
-
-    Args:
-        costmap: Where the robot may be.
-        places_xy: (N, 2) in `map` [m].
-        seen_from: (N, 2) where the camera stood, in `map` [m].
-
-    Returns:
-        (N, 2) points in `map` [m] as of `fronts`, and (N,) whether they are known.
-    """
-    fronts_xy, known = fronts(costmap, places_xy, seen_from, REACH.extent)
-    back = seen_from - places_xy
-    length = np.linalg.norm(back, axis=1)
-    back *= (np.minimum(REACH.extent, length) / np.maximum(length, 1e-9))[:, None]
-    return np.where(known[:, None], fronts_xy, places_xy + back), known
 
 
 class FrontierOptions:
