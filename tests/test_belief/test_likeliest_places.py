@@ -67,7 +67,8 @@ def test_the_middle_of_a_thing_answers_and_not_a_likelier_place_alone_or_at_its_
     seen = np.zeros(probabilities.shape, bool)
     seen[tuple(np.transpose(SEEN))] = True
     nothing = np.zeros(probabilities.shape, np.float32)
-    belief = PlaceBelief(np.zeros(2, np.int64), probabilities, nothing, seen, np.zeros((5, 14, 2)))
+    seen_from = np.zeros((5, 14, 2))
+    belief = PlaceBelief(np.zeros(2, np.int64), probabilities, nothing, seen, seen_from, nothing)
     embeddings = np.ones((len(SEEN), 2), np.float32)
     first, second = likeliest_places(belief, views, {0: np.eye(4)}, embeddings, SIMPLY_ASKED)[:2]
     assert (first.position[:2] / PLACE - 0.5).round().tolist() == [2, 2]
