@@ -272,7 +272,7 @@ class BeliefSearch:
         """
         held = self._aim if self._aim is not None and self._aim.kind == "stop" else None
         kept = sure if held is None else HELD * min(sure, held.sure)
-        places, here = SeenPlaces.of(belief, kept, costmap), T_map_base[:2, 3]
+        places, here = SeenPlaces.from_belief(belief, kept, costmap), T_map_base[:2, 3]
         near = np.flatnonzero(places.within(CLOSING, here))
 
         def way_to(i: int) -> Navigation | None:
@@ -391,7 +391,7 @@ class BeliefSearch:
         closing = self._close_in(belief, least, costmap, T_map_base)
         if closing is not None:
             return closing
-        places = SeenPlaces.of(belief, least, costmap)
+        places = SeenPlaces.from_belief(belief, least, costmap)
         if len(places.xy):
             everyone = np.arange(len(places.xy))
             reach = ROOM_LOOK if self._wants_room else Reach(distance=NEAR, extent=EXTENT)

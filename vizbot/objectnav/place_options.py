@@ -43,7 +43,7 @@ class PlaceOptions:
 
         `reach_of` says from where, by the height of what was seen there [m].
         """
-        places = SeenPlaces.of(belief, LEAST, costmap)
+        places = SeenPlaces.from_belief(belief, LEAST, costmap)
         left = np.where(looks.are_done(places.xy), 0.0, places.probabilities)
         options: list[Option] = []
         for _ in range(MOST_CANDIDATES):

@@ -40,7 +40,7 @@ class SeenPlaces:
     known: NDArray[np.bool_]
 
     @staticmethod
-    def of(belief: PlaceBelief, least: float, costmap: Costmap) -> SeenPlaces:
+    def from_belief(belief: PlaceBelief, least: float, costmap: Costmap) -> SeenPlaces:
         """The places that have at least this probability."""
         rows, columns = np.nonzero(belief.probabilities >= least)
         xy, seen_from = belief.xy(rows, columns), belief.seen_from[rows, columns]
