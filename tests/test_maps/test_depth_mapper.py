@@ -1,5 +1,7 @@
 """The obstacle map from ray-cast rooms whose walls and boxes are known."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -178,7 +180,7 @@ def test_the_level_frame_is_on_the_floor_below_the_camera_and_looks_its_way(x, y
 def test_a_bearing_bin_is_that_of_the_arctangent(edge, off, distance):
     angle = ((edge + off) / BEARINGS - 0.5) * 2 * np.pi
     x, y = distance * np.cos(angle), distance * np.sin(angle)
-    expected = int((np.arctan2(y, x) / (2 * np.pi) + 0.5) * BEARINGS) % BEARINGS
+    expected = int((math.atan2(y, x) / (2 * np.pi) + 0.5) * BEARINGS) % BEARINGS
     assert bearing_bin(x, y, BEARINGS) == expected
 
 

@@ -6,6 +6,7 @@ are trained on pictures of simulated homes: it is not meant for real pictures, a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -49,7 +50,7 @@ class EmbeddedClip:
         self.model_id = model_id
         self.threshold = threshold
         self.log_odds: tuple[float, float] | None = (
-            float(model.log_scale.detach().exp()),
+            math.exp(float(model.log_scale.detach())),
             float(model.bias.detach()),
         )
         self.model = model.eval()

@@ -6,6 +6,7 @@ than 1e-6, but not every bit of them is the same.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -51,7 +52,7 @@ class EmbeddedTexts:
                 if name.startswith(prefix)
             }
             scale, bias = (tensors[name].astype(np.float32) for name in ("log_scale", "bias"))
-            self.log_odds: tuple[float, float] | None = (float(np.exp(scale)), float(bias))
+            self.log_odds: tuple[float, float] | None = (math.exp(scale), float(bias))
             self.embed_texts(["a sofa"])
         except Exception as error:  # the library raises whatever a damaged file leads it into
             raise damaged_files(files.folder) from error
