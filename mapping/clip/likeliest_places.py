@@ -76,7 +76,7 @@ def likeliest_places(
     question: Query,
     first_xy: NDArray[np.float64] | None = None,
 ) -> list[LikelyPlace]:
-    """The likeliest places of a map, at most `MOST`, the likeliest first.
+    """The likeliest places of a map, at most `MOST`, first that which is likely all around.
 
     Arrays and poses are as for `belief_of_map`; `first_xy` (2,) in `map` [m] comes before all
     others.
