@@ -152,7 +152,7 @@ def test_a_table_before_a_window_lowers_it_hardly_more_than_its_cosine():
         return asked.scores(rows, statistics(rows))[:, 1]
 
     left = np.median(above(shared)) / np.median(above(alone))
-    assert left > 0.85 * np.median(shared @ window) / np.median(alone @ window)
+    assert left > 0.8 * np.median(shared @ window) / np.median(alone @ window)
     assert np.mean(above(shared)[:, None] > above(embeddings[tables])) > 0.98
 
 
