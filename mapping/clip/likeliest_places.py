@@ -25,9 +25,6 @@ SPREAD = 0.7
 likeliest place of a thing is often one at its edge; its middle is likely all around. In the homes
 of the list of `vizbot calibrate encoder` the share of first places that are right goes from 0.62 to
 0.66 with `embedded`, and from 0.34 to 0.32 with `photos` (469 questions)."""
-BESIDE = 3
-"""Edge of the square of places around an answer where what is asked for is, if it is there
-[places]."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,7 +33,7 @@ class LikelyPlace:
 
     Attributes:
         position: (3,) of what a view shows there, in `map` [m].
-        probability: Probability that what is asked for is there or right beside it.
+        probability: Probability that it is what is asked for.
         element: Row of the map's element that shows it best.
     """
 
@@ -87,7 +84,7 @@ def likeliest_places(
         return []
     likely = belief.probabilities.astype(np.float32)
     ranks = cv2.GaussianBlur(likely, (0, 0), SPREAD)[row_of, column_of]
-    probabilities = cv2.dilate(likely, np.ones((BESIDE, BESIDE), np.uint8))[row_of, column_of]
+    probabilities = likely[row_of, column_of]
     places_xy = belief.xy(row_of, column_of)
     if first_xy is not None:
         ranks[np.argmin(np.linalg.norm(places_xy - first_xy, axis=1))] = 2.0
