@@ -6,7 +6,7 @@ list of background phrases, in standard deviations. Of those phrases the tenth t
 to the element is left out: it names what the patch shows, perhaps with the meaning of the question
 ("couch" for "sofa"), which says nothing against the question. So the background depends on the
 element alone and is known before any question. Another thing in the patch lowers the score hardly
-more than the cosine: a table before the lower half of a window about a seventh more. A third number
+more than the cosine: a table before the lower half of a window about a fifth more. A third number
 says how high the question's log odds go on a bank of pictures.
 """
 

@@ -91,7 +91,8 @@ def test_by_the_papers_method_the_best_place_is_the_most_similar_element(
 def test_by_belief_the_answers_are_places_with_their_probabilities(answer):
     said = answer()
     probabilities = [place["score"] for place in said["candidates"]]
-    assert all(0.0 < each <= probabilities[0] < 1.0 for each in probabilities)
+    assert probabilities == sorted(probabilities, reverse=True)
+    assert 0.0 < probabilities[-1] <= probabilities[0] < 1.0
     assert said["threshold"] == 0.5
     assert said["outcome"] == ("located" if probabilities[0] > 0.5 else "not_found")
 
