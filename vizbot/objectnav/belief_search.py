@@ -292,7 +292,7 @@ class BeliefSearch:
             # A room is large, and reached at the place itself.
             chosen = i if self._wants_room else places.likeliest_around(i)
             way = way_to(chosen) if chosen != i else None
-            if way is not None and way.distance <= CLOSING + AROUND:
+            if way is not None and way.distance <= navigation.distance + AROUND:
                 navigation = way
             else:
                 chosen = i
