@@ -358,11 +358,11 @@ def test_before_an_arrival_and_once_another_search_has_begun_nothing_can_be_refu
 
 def test_a_robot_that_goes_on_already_is_not_sent_back_to_search(pipeline_on):
     verdicts = Verdicts()
-    asks = {0: ["yellow chair"], 100: [Waypoint(0.0, 0.0)]}
+    asks = {0: ["yellow chair"], 100: [Waypoint(-0.6, 0.0)]}
     script = {step: lambda session, what=what: session.ask(what) for step, what in asks.items()}
     robot = ScriptedRun(pipeline_on, script | {102: verdicts.say}, last=110)
     robot.run()
-    assert verdicts.refusals() == ["the robot goes on already: go to 0.0 m, 0.0 m; stop it first"]
+    assert verdicts.refusals() == ["the robot goes on already: go to -0.6 m, 0.0 m; stop it first"]
     assert robot.session.awaits_verdict
 
 
