@@ -1,9 +1,9 @@
 """`vizbot bench encoder --families`: what an encoder costs that no number was fitted to.
 
-The belief's weights are fitted to all families of encoders but one, in the homes of the list of
+The belief's weights are fitted to all families of encoders but one, in our homes of the list of
 views, and judged by that one in other homes. A family is an encoder and its older versions, each as
-it is, with its cosines scaled, shifted and off by text and by pair, and without scale and bias.
-Encoders that tell scale and bias and those that do not have weights of their own.
+it is and weaker, to which is fitted, and with its cosines scaled, shifted and off by text and by
+pair. Encoders that tell scale and bias and those that do not have weights of their own.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from benchmarks.episodes.episode import EncoderScale
+from benchmarks.encoder.weak_encoder import WeakEncoder
 from benchmarks.episodes.other_encoders import OtherEncoder
 from benchmarks.episodes.run import encoder_of
 from benchmarks.harness.bench_plan import BenchResult
@@ -24,7 +24,7 @@ from benchmarks.harness.fingerprint import commit, hardware, key_of_settings, ke
 from benchmarks.harness.store import Store
 from benchmarks.harness.tables import markdown_table
 from benchmarks.harness.workers import in_parallel
-from mapping.clip.evidence import Weights, fitted_weights
+from mapping.clip.evidence import Weights, shipped_weights
 from mapping.clip.scores import Background
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
@@ -37,7 +37,7 @@ from vizbot.rehearsal.belief_fit.calibration import (
 from vizbot.rehearsal.belief_fit.cosine_fit import fit_cosines
 from vizbot.rehearsal.belief_fit.fit import believed, fitted
 from vizbot.rehearsal.belief_fit.seen_home import SeenHome, ShownPlaces, seen_in
-from vizbot.rehearsal.belief_fit.view_list import ListedHome, list_homes, require_simulator
+from vizbot.rehearsal.belief_fit.view_list import OWN_HOMES, ListedHome, require_simulator
 from vizbot.rig import require_encoder
 
 if TYPE_CHECKING:  # its module loads torch
@@ -46,8 +46,6 @@ if TYPE_CHECKING:  # its module loads torch
 NAME = "encoder --families"
 JUDGED = range(932, 938)
 """Training homes that judge: no encoder, threshold or number of the belief has seen them."""
-_SCALES: tuple[EncoderScale, ...] = ("offset", "unknown")
-"""Beside the encoder as it is; scaled alone it is the same to the belief."""
 _SOURCES = ("sim_stubs", "mapping/clip", "vizbot/rehearsal/belief_fit")
 """Sources that can change a view."""
 
@@ -123,12 +121,28 @@ class _SeenHomes(Sequence[SeenHome]):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Encoder:
-    """A member with what it is shown in both groups of homes."""
+    """A member with what it is shown in both groups of homes, with scale and bias or without."""
 
     encoder: ClipEncoder
+    log_odds: tuple[float, float] | None
     background: Background
     fitted: Sequence[ShownPlaces]
     judged: Sequence[ShownPlaces]
+
+    @property
+    def known(self) -> bool:
+        """Whether scale and bias are known."""
+        return self.log_odds is not None
+
+    @property
+    def fits(self) -> bool:
+        """Whether others are judged by what is fitted to it, too."""
+        return not isinstance(self.encoder, OtherEncoder)
+
+    @property
+    def name(self) -> str:
+        """Id of the encoder, with what was done to it."""
+        return self.encoder.model_id + ("" if self.known else "-unknown")
 
     def asked(
         self, shown: Sequence[ShownPlaces], log_odds: tuple[float, float] | None
@@ -164,7 +178,9 @@ def families_bench(config: Config, text: str, quick: bool, folder: Path) -> Fami
     require_simulator()
     for name in every:
         require_encoder(name, config.device)
-    fitted_in, judged_in = list_homes(None), [ListedHome(str(seed)) for seed in JUDGED]
+    fitted_in, judged_in = (
+        [ListedHome(str(seed)) for seed in seeds] for seeds in (OWN_HOMES, JUDGED)
+    )
     return FamiliesBench(
         tuple(
             tuple(
@@ -204,17 +220,18 @@ def _members(config: Config, bench: FamiliesBench) -> Iterator[_Encoder]:
     taken = in_parallel(_shown, jobs, NAME, lambda job, _: f"home {job.home.name}")
     done = {job.home: shown for job, shown in taken}
     shown = [done[home] for home in homes]
-    others = [OtherEncoder(encoder, each) for each in _SCALES] if encoder.log_odds else []
-    for member in (encoder, *others):
+    offset = [OtherEncoder(encoder, "offset")] if encoder.log_odds else []
+    for member in (encoder, WeakEncoder(encoder), *offset):
         seen = [
-            replace(each, embeddings=member.embeddings_of_pictures(each.embeddings))
-            if isinstance(member, OtherEncoder)
-            else each
+            each
+            if member is encoder
+            else replace(each, embeddings=member.embeddings_of_pictures(each.embeddings))
             for each in shown
         ]
         count = len(bench.fitted)
         background = Background.embedded_by(member)
-        yield _Encoder(member, background, seen[:count], seen[count:])
+        for log_odds in dict.fromkeys((member.log_odds, None)):
+            yield _Encoder(member, log_odds, background, seen[:count], seen[count:])
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,20 +255,19 @@ def _judged(families: Sequence[Sequence[_Encoder]]) -> Iterator[Member]:
                 for other in families
                 if other is not family
                 for each in other
-                if (each.encoder.log_odds is not None) == known
-                for asked in each.asked(each.fitted, each.encoder.log_odds)
+                if each.fits and each.known == known
+                for asked in each.asked(each.fitted, each.log_odds)
             ]
-            members = [each for each in family if (each.encoder.log_odds is not None) == known]
+            members = [each for each in family if each.known == known]
             if not rest or not members:
                 continue
             weights = _weights(rest)
             for each in members:
-                log_odds = each.encoder.log_odds
                 yield Member(
-                    family[0].encoder.model_id,
-                    each.encoder.model_id,
-                    each.judge(weights, log_odds),
-                    each.judge(fitted_weights(), log_odds),
+                    family[0].name,
+                    each.name,
+                    each.judge(weights, each.log_odds),
+                    each.judge(shipped_weights(each.name, known), each.log_odds),
                     each.judge_own(),
                 )
 

@@ -3,7 +3,8 @@
 The log odds are linear in the scores of the three patches around the place, in its distance, and in
 how high the question's own log odds go on a bank of pictures; views from near and from afar have
 weights of their own. They were fitted to the truth at places of homes that neither the encoder nor
-its threshold had seen (`benchmarks.fast_world.fit`), and are kept in `weights.json`.
+its threshold had seen (`benchmarks.encoder.fit`): to the embedded encoder alone, and to several at
+once for all others.
 """
 
 from __future__ import annotations
@@ -41,7 +42,11 @@ NAMES = (
 )  # fmt: skip
 """Names of the features, in their order."""
 WEIGHTS_FILE = Path(__file__).with_name("weights.json")
-"""60 numbers, and the homes they are from; `python -m benchmarks.fast_world.fit` makes it."""
+"""60 numbers, and what they are from; `python -m benchmarks.encoder.fit` makes it."""
+UNKNOWN_SCALE_FILE = Path(__file__).with_name("weights_of_unknown_scale.json")
+"""The same for encoders without scale and bias, where z-scores stand in for the log odds."""
+EMBEDDED_FILE = Path(__file__).with_name("weights_of_embedded.json")
+"""The same for the embedded encoder alone."""
 
 
 def features(
@@ -112,3 +117,11 @@ def fitted_weights(file: Path = WEIGHTS_FILE) -> Weights:
     """The numbers of a file."""
     kept = json.loads(file.read_text(encoding="utf-8"))
     return Weights(*(np.array(kept[name]) for name in ("near", "far", "join")))
+
+
+@cache
+def shipped_weights(model_id: str, scale_known: bool) -> Weights:
+    """The numbers that come along for an encoder, by its id and whether it tells scale and bias."""
+    if json.loads(EMBEDDED_FILE.read_text(encoding="utf-8"))["encoders"] == [model_id]:
+        return fitted_weights(EMBEDDED_FILE)
+    return fitted_weights() if scale_known else fitted_weights(UNKNOWN_SCALE_FILE)

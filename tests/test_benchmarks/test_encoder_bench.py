@@ -1,6 +1,5 @@
 """`vizbot bench encoder`: how separation is counted, what marks show, what is kept and printed."""
 
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -257,8 +256,9 @@ class JudgedMember:
 
     fitted = ()
 
-    def __init__(self, name, log_odds=None):
-        self.encoder = SimpleNamespace(model_id=name, log_odds=log_odds)
+    def __init__(self, name, log_odds=None, *, fits=True):
+        self.name, self.log_odds, self.fits = name, log_odds, fits
+        self.known = log_odds is not None
         self.asked = lambda shown, log_odds: [name]
         self.judge = lambda weights, log_odds: weights
         self.judge_own = lambda: name
@@ -267,10 +267,18 @@ class JudgedMember:
 def test_a_family_is_judged_by_what_is_fitted_to_the_others(monkeypatch):
     monkeypatch.setattr(families, "_weights", list)
     known = (1.0, 0.0)
-    a, b = ([JudgedMember(each, known), JudgedMember(f"{each}-unknown")] for each in "ab")
+    a, b = (
+        [
+            JudgedMember(each, known),
+            JudgedMember(f"{each}-unknown"),
+            JudgedMember(f"{each}-offset", known, fits=False),
+        ]
+        for each in "ab"
+    )
     found = families._judged([a, b, [JudgedMember("c")]])
     assert {each.member: each.by_others for each in found} == {
-        "a": ["b"], "a-unknown": ["b-unknown", "c"], "b": ["a"], "b-unknown": ["a-unknown", "c"],
+        "a": ["b"], "a-unknown": ["b-unknown", "c"], "a-offset": ["b"],
+        "b": ["a"], "b-unknown": ["a-unknown", "c"], "b-offset": ["a"],
         "c": ["a-unknown", "b-unknown"],
     }  # fmt: skip
 

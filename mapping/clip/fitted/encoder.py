@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.evidence import Weights, fitted_weights
+from mapping.clip.evidence import Weights, shipped_weights
 from mapping.clip.fitted.calibration import (
     EncoderCalibration,
     encoder_hash,
@@ -85,7 +85,9 @@ def calibration_of(encoder: TextEncoder) -> EncoderCalibration | None:
 def weights_of(encoder: TextEncoder) -> Weights:
     """The weights of the belief for an encoder."""
     fitted = calibration_of(encoder)
-    return fitted_weights() if fitted is None else fitted.weights
+    if fitted is not None:
+        return fitted.weights
+    return shipped_weights(encoder.model_id, encoder.log_odds is not None)
 
 
 def embed_asked(encoder: TextEncoder, texts: Sequence[str]) -> NDArray[np.float32]:

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from benchmarks.encoder.weak_encoder import WeakEncoder
 from benchmarks.episodes.other_encoders import (
     ERROR,
     OFFSET,
@@ -84,3 +85,19 @@ def test_texts_have_offsets_and_pairs_errors_which_are_the_same_every_time():
     assert again.embed_images([]).shape[0] == 0
     assert (again.model_id, again.notice) == ("own-offset", "a notice")
     assert again.reading("sofa").text == "sofa"
+
+
+def test_a_weak_encoder_says_half_as_much_of_each_picture():
+    encoder = WeakEncoder(OWN)
+    assert encoder.model_id == "own-weak" and encoder.log_odds == OWN.log_odds
+    weak = cosines(encoder)
+    np.testing.assert_array_equal(weak, cosines(encoder))  # the same noise again
+    slope = (weak * OWN_COSINES).sum() / (OWN_COSINES**2).sum()
+    assert slope == pytest.approx(np.sqrt(0.5), abs=0.08)
+    off = weak - slope * OWN_COSINES
+    assert off.std() == pytest.approx(np.sqrt(0.5) / np.sqrt(16), rel=0.2)
+    rows = np.array([*ROWS.values()])
+    np.testing.assert_array_equal(
+        encoder.embeddings_of_pictures(rows), encoder.embed_images(PICTURES)
+    )
+    assert encoder.embeddings_of_pictures(rows[:0]).shape == (0, 16)

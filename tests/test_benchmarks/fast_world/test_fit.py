@@ -2,11 +2,24 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from mapping.clip.evidence import NAMES, PRIOR, WEIGHTS_FILE, Weights, fitted_weights
+from benchmarks.episodes.run import encoder_of
+from benchmarks.harness.bench_plan import UNATTENDED
+from mapping.clip.evidence import (
+    EMBEDDED_FILE,
+    NAMES,
+    PRIOR,
+    UNKNOWN_SCALE_FILE,
+    WEIGHTS_FILE,
+    Weights,
+    fitted_weights,
+    shipped_weights,
+)
+from mapping.clip.fitted.encoder import weights_of
 from mapping.clip.place_views import PlaceViews
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import things_named
@@ -18,13 +31,25 @@ from vizbot.rehearsal.belief_fit.view_list import OWN_HOMES
 from vizbot.rehearsal.belief_fit.views import HEADINGS
 
 
-def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from():
-    kept = json.loads(WEIGHTS_FILE.read_text())
-    weights = fitted_weights()
+@pytest.mark.parametrize("file", [WEIGHTS_FILE, UNKNOWN_SCALE_FILE, EMBEDDED_FILE])
+def test_the_shipped_numbers_are_sixty_at_most_and_say_where_they_are_from(file):
+    kept = json.loads(file.read_text())
+    weights = fitted_weights(file)
     assert weights.near.shape == weights.far.shape == (20,) and weights.join.shape == (20,)
     assert weights.near.size + weights.far.size + weights.join.size <= 60
     assert kept["homes"] == list(OWN_HOMES) and min(OWN_HOMES) >= 916 and max(OWN_HOMES) <= 999
-    assert kept["encoder"].startswith("embedded-")
+    encoders = ["embedded"] if file == EMBEDDED_FILE else ["embedded", "photos"]
+    assert [each.split("-")[0] for each in kept["encoders"]] == encoders
+
+
+def test_each_encoder_has_the_numbers_that_are_meant_for_it():
+    own = encoder_of(UNATTENDED)
+    assert weights_of(own) is fitted_weights(EMBEDDED_FILE)
+    other = SimpleNamespace(model_id="clip-0123", log_odds=(1.0, 0.0))
+    assert weights_of(other) is shipped_weights("clip-0123", scale_known=True)
+    assert weights_of(other) is fitted_weights()
+    other.log_odds = None
+    assert weights_of(other) is fitted_weights(UNKNOWN_SCALE_FILE)
 
 
 def test_nothing_seen_is_hardly_ever_believed():
