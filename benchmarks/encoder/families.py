@@ -220,15 +220,16 @@ def _members(config: Config, bench: FamiliesBench) -> Iterator[_Encoder]:
     taken = in_parallel(_shown, jobs, NAME, lambda job, _: f"home {job.home.name}")
     done = {job.home: shown for job, shown in taken}
     shown = [done[home] for home in homes]
-    offset = [OtherEncoder(encoder, "offset")] if encoder.log_odds else []
-    for member in (encoder, WeakEncoder(encoder), *offset):
-        seen = [
-            each
-            if member is encoder
-            else replace(each, embeddings=member.embeddings_of_pictures(each.embeddings))
-            for each in shown
-        ]
-        count = len(bench.fitted)
+    others: list[WeakEncoder | OtherEncoder] = [WeakEncoder(encoder)]
+    if encoder.log_odds is not None:
+        others.append(OtherEncoder(encoder, "offset"))
+    versions: list[tuple[ClipEncoder, list[ShownPlaces]]] = [(encoder, shown)]
+    for other in others:
+        rows = (other.embeddings_of_pictures(each.embeddings) for each in shown)
+        seen = [replace(each, embeddings=of) for each, of in zip(shown, rows, strict=True)]
+        versions.append((other, seen))
+    count = len(bench.fitted)
+    for member, seen in versions:
         background = Background.embedded_by(member)
         for log_odds in dict.fromkeys((member.log_odds, None)):
             yield _Encoder(member, log_odds, background, seen[:count], seen[count:])

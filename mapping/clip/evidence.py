@@ -41,11 +41,12 @@ NAMES = (
     "upper tail of the question", "constant",
 )  # fmt: skip
 """Names of the features, in their order."""
-WEIGHTS_FILE = Path(__file__).with_name("weights.json")
+_WEIGHTS = Path(__file__).with_name("weights")
+WEIGHTS_FILE = _WEIGHTS / "known_scale.json"
 """60 numbers, and what they are from; `python -m benchmarks.encoder.fit` makes it."""
-UNKNOWN_SCALE_FILE = Path(__file__).with_name("weights_of_unknown_scale.json")
+UNKNOWN_SCALE_FILE = _WEIGHTS / "unknown_scale.json"
 """The same for encoders without scale and bias, where z-scores stand in for the log odds."""
-EMBEDDED_FILE = Path(__file__).with_name("weights_of_embedded.json")
+EMBEDDED_FILE = _WEIGHTS / "embedded.json"
 """The same for the embedded encoder alone."""
 
 
