@@ -1,6 +1,5 @@
 """`vizbot bench encoder`: how separation is counted, what marks show, what is kept and printed."""
 
-
 import cv2
 import numpy as np
 import pytest
