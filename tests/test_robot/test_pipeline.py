@@ -228,7 +228,7 @@ def test_by_an_encoder_with_other_cosines_in_the_same_order_the_robot_does_the_s
     *others, others_scores = runs[1]
     assert own == others
     assert others_scores == pytest.approx(own_scores, rel=5e-3)
-    assert max(others_scores) > 0.1
+    assert max(others_scores) > 0.05  # there is something to compare
 
 
 def test_by_belief_the_robot_stops_before_the_place_that_it_believes(pipeline_on, monkeypatch):

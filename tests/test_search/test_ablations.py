@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.ablations.ablation import ABLATIONS
-from mapping.clip.evidence import fitted_weights
+from mapping.clip.evidence import EMBEDDED_FILE, fitted_weights
 from mapping.clip.place_views import PlaceViews
 from mapping.clip.scores import Query
 from nav.frontier import FrontierSearch
@@ -63,7 +63,7 @@ def test_without_the_z_score_it_weighs_nothing():
 def test_without_joined_views_only_the_best_of_a_place_count():
     frontiers = FrontierSearch(CONFIG.frontier)
     search = BeliefSearch(CONFIG, frontiers, ABLATIONS["joined views"])
-    whole, alone = fitted_weights(), fitted_weights(ABLATIONS["joined views"].weights)
+    whole, alone = map(fitted_weights, (EMBEDDED_FILE, ABLATIONS["joined views"].weights))
     for one, other in ((alone.near, whole.near), (alone.far, whole.far)):
         assert one == pytest.approx(other, abs=0.05)  # pictures differ a bit between machines
     odds = []
