@@ -44,6 +44,8 @@ if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import ClipEncoder
 
 NAME = "encoder --families"
+FAMILIES_FILE = "families.jsonl"
+"""Where tables are kept."""
 JUDGED = range(932, 938)
 """Training homes that judge: no encoder, threshold or number of the belief has seen them."""
 _SOURCES = ("sim_stubs", "mapping/clip", "vizbot/rehearsal/belief_fit")
@@ -207,7 +209,7 @@ def run_families(bench: FamiliesBench) -> BenchResult:
     table = FamilyTable(tuple(_judged(families)))
     settings = key_of_settings(*(config for family in bench.families for config in family))
     key = f"{key_of_sources(*_SOURCES, 'benchmarks')}-{settings}"
-    Store(bench.folder / "families.jsonl", FamilyTable).add(key, commit(), hardware(), table)
+    Store(bench.folder / FAMILIES_FILE, FamilyTable).add(key, commit(), hardware(), table)
     return families_result(table)
 
 

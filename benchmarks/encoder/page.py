@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from benchmarks.encoder.families import FAMILIES_FILE, FamilyTable, families_result
 from benchmarks.encoder.separation import Separation, mean_over_names
 from benchmarks.harness.store import Store, StoredResult
 from benchmarks.harness.tables import markdown_table
@@ -26,6 +27,14 @@ not; recall is the share of the former above the similarity that one in a hundre
 exceeds; both are means over names, and chance gives 0.5 and 0.01. Right at a scale is the share of
 patches that are named rightly among all names. In recordings patches are those of the mapper, and
 what they show follows from a person's marks."""
+_FAMILIES = """## Encoders that nothing was fitted to
+
+`vizbot bench encoder --families embedded,photos` judges what is believed of places in homes 932 to
+937, which no number was fitted in: by numbers that were fitted to the encoders of the other family
+alone, by those that come along, and by those that were fitted to the encoder itself. `weak` has
+noise in its pictures, `offset` errors in its cosines as another encoder has, `unknown` is without
+scale and bias. The calibration error is the mean difference of what is believed and what is
+true."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,4 +205,6 @@ def encoder_page(folder: Path, page: Path) -> str:
         f"Commit {line.commit}, {line.hardware}."
         for line in _newest(folder)
     ]
+    if kept := Store(folder / FAMILIES_FILE, FamilyTable).all():
+        parts += [_FAMILIES, families_result(kept[-1].result).text, f"Commit {kept[-1].commit}."]
     return "\n\n".join(["# Encoders", _TEXT, *parts, ""]) if parts else ""

@@ -8,7 +8,13 @@ import torch
 from benchmarks.encoder import bench, families
 from benchmarks.encoder.bench import EncoderBench
 from benchmarks.encoder.contact_sheet import TILE, contact_sheet, tile_of
-from benchmarks.encoder.families import FamilyTable, Judged, Member, families_result
+from benchmarks.encoder.families import (
+    FAMILIES_FILE,
+    FamilyTable,
+    Judged,
+    Member,
+    families_result,
+)
 from benchmarks.encoder.page import Asked, EncoderAnswers, encoder_page, homes_by_others
 from benchmarks.encoder.recordings import shown_in
 from benchmarks.encoder.separation import AskedPatches, Separation, reliability, separations
@@ -175,6 +181,14 @@ def test_the_page_has_the_newest_answers_of_each_encoder(tmp_path):
     assert rows_in(one)[3][0] == "- Studio, placed by our own SLAM"
     assert rows_in(one)[2][:5] == ["homes by others", "600", "1", "0.900", "0.40"]
     assert encoder_page(tmp_path / "none", tmp_path / "encoder.md") == ""
+    own, before = Judged(0.1, 0.02), Judged(0.3, 0.05)
+    families = Store(tmp_path / FAMILIES_FILE, FamilyTable)
+    families.add("key", "aaaaaa", "2 cores", FamilyTable((Member("a", "a", before, own, own),)))
+    families.add("key2", "bbbbbb", "2 cores", FamilyTable((Member("a", "a", own, own, own),)))
+    assert encoder_page(tmp_path, tmp_path / "encoder.md").startswith(page.rstrip())
+    section = encoder_page(tmp_path, tmp_path / "encoder.md").split("\n## ")[3]
+    assert rows_in(section)[2] == ["a", *["0.1000"] * 3, *["0.0200"] * 3]
+    assert "bbbbbb" in section and "aaaaaa" not in section
 
 
 def test_the_section_of_homes_by_others_splits_each_thing_by_its_models(tmp_path):
