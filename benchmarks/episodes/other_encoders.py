@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.episodes.episode import EncoderScale
-from mapping.clip.fitted.encoder import calibration_of
+from mapping.clip.evidence import shipped_weights
+from mapping.clip.fitted.encoder import calibration_of, weights_of
 from mapping.clip.reading import Reading
 from mapping.clip.scores import Background
 from mapping.map_bundle import MapBundle
@@ -47,6 +48,7 @@ class OtherEncoder:
         log_odds: Undone: they are those of the own one's cosines; None where they are not known.
         notice: Of the own one.
         calibration: Of the own one.
+        belief_weights: Of the own one, where its scale and bias are known.
     """
 
     def __init__(self, own: ClipEncoder, scale: EncoderScale) -> None:
@@ -62,6 +64,8 @@ class OtherEncoder:
             factor = own.log_odds[0] / self._slope
             self.log_odds = factor, own.log_odds[1] - factor * self._shift
         self.notice, self.calibration = own.notice, calibration_of(own)
+        known = self.log_odds is not None
+        self.belief_weights = weights_of(own) if known else shipped_weights(self.model_id, known)
 
     def embed_images(self, images: Sequence[NDArray[np.uint8]]) -> NDArray[np.float32]:
         """Embeddings (N, D), unit rows, of pictures."""

@@ -34,6 +34,16 @@ class Calibrated(Protocol):
         ...
 
 
+@runtime_checkable
+class Weighted(Protocol):
+    """An encoder that names the weights of the belief that it is asked by."""
+
+    @property
+    def belief_weights(self) -> Weights:
+        """Those weights."""
+        ...
+
+
 class CalibratedTexts:
     """A `TextEncoder` with the numbers that were fitted to it.
 
@@ -87,6 +97,8 @@ def weights_of(encoder: TextEncoder) -> Weights:
     fitted = calibration_of(encoder)
     if fitted is not None:
         return fitted.weights
+    if isinstance(encoder, Weighted):
+        return encoder.belief_weights
     return shipped_weights(encoder.model_id, encoder.log_odds is not None)
 
 

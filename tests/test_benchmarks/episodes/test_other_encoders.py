@@ -14,6 +14,8 @@ from benchmarks.episodes.other_encoders import (
     USUAL,
     OtherEncoder,
 )
+from mapping.clip.evidence import UNKNOWN_SCALE_FILE, fitted_weights
+from mapping.clip.fitted.encoder import weights_of
 from mapping.clip.reading import Reading
 from mapping.clip.scores import Background, Query
 
@@ -85,6 +87,12 @@ def test_texts_have_offsets_and_pairs_errors_which_are_the_same_every_time():
     assert again.embed_images([]).shape[0] == 0
     assert (again.model_id, again.notice) == ("own-offset", "a notice")
     assert again.reading("sofa").text == "sofa"
+
+
+def test_it_is_believed_by_the_numbers_of_the_own_one_while_scale_and_bias_are_known():
+    assert weights_of(OtherEncoder(OWN, "offset")) is weights_of(OWN)
+    unknown = OtherEncoder(OWN, "unknown")
+    assert weights_of(unknown) is fitted_weights(UNKNOWN_SCALE_FILE)
 
 
 def test_a_weak_encoder_says_half_as_much_of_each_picture():
