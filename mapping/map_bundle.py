@@ -24,7 +24,7 @@ from mapping.clip.background.pictures import PICTURES_ID
 from mapping.clip.fitted.calibration import EncoderCalibration
 from mapping.clip.mapper import ClipElements
 from mapping.clip.own_encoder import is_class_name
-from mapping.clip.place_rows import PlaceMap, PlaceRows
+from mapping.clip.places.place_rows import PlaceMap, PlaceRows
 from mapping.clip.scores import NO_PICTURES, NO_STATISTICS, Background
 from mapping.keyframes.anchors import (
     Cloud,

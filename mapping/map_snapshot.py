@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mapping.clip.fitted.calibration import EncoderCalibration
 from mapping.clip.mapper import ClipElements
-from mapping.clip.place_rows import PlaceRows
+from mapping.clip.places.place_rows import PlaceRows
 from mapping.keyframes.anchors import Cloud, Keyframes, KeyframeViews, Trajectory
 from mapping.map_bundle import MapBundle
 from vizbot.core.types import SE3, Intrinsics, OccupancyGrid

@@ -24,7 +24,7 @@ from benchmarks.harness.fingerprint import commit, hardware, key_of_settings, ke
 from benchmarks.harness.store import Store
 from benchmarks.harness.tables import markdown_table
 from benchmarks.harness.workers import in_parallel
-from mapping.clip.evidence import Weights, shipped_weights
+from mapping.clip.places.evidence import Weights, shipped_weights
 from mapping.clip.scores import Background
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError

@@ -22,7 +22,7 @@ import typer
 from benchmarks.encoder.weak_encoder import WeakEncoder
 from benchmarks.episodes.run import encoder_of
 from benchmarks.harness.workers import in_parallel
-from mapping.clip.evidence import EMBEDDED_FILE, UNKNOWN_SCALE_FILE, WEIGHTS_FILE
+from mapping.clip.places.evidence import EMBEDDED_FILE, UNKNOWN_SCALE_FILE, WEIGHTS_FILE
 from mapping.clip.scores import Background
 from vizbot.config import Config
 from vizbot.operator.printing import echo

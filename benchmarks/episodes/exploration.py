@@ -27,8 +27,8 @@ from benchmarks.episodes.run import encoder_of, error_line
 from benchmarks.objectnav import paper_figures
 from mapping import map_bundle
 from mapping.clip.config import ClipMapperConfig
-from mapping.clip.likeliest_places import LikelyPlace, belief_of_map, likeliest_places
-from mapping.clip.place_rows import PlaceMap, PlaceRows
+from mapping.clip.places.likeliest_places import LikelyPlace, belief_of_map, likeliest_places
+from mapping.clip.places.place_rows import PlaceMap, PlaceRows
 from mapping.clip.retrieval import similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle

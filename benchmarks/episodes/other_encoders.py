@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.episodes.episode import EncoderScale
-from mapping.clip.evidence import shipped_weights
 from mapping.clip.fitted.encoder import calibration_of, weights_of
+from mapping.clip.places.evidence import shipped_weights
 from mapping.clip.reading import Reading
 from mapping.clip.scores import Background
 from mapping.map_bundle import MapBundle

@@ -41,7 +41,7 @@ wall once held searches for ever."""
 DEFAULT = "default"
 _VIEWS = (
     "sim_stubs",
-    "mapping/clip/footprint.py",
+    "mapping/clip/places/footprint.py",
     "mapping/clip/mapper.py",
     "mapping/clip/patches.py",
     "mapping/occupancy/planar_scan.py",

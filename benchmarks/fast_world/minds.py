@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.mapper import ClipMap
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import Background
 from nav.frontier import FrontierSearch
 from vizbot.config import Config

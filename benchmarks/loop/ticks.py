@@ -25,8 +25,8 @@ from pydantic import TypeAdapter
 from benchmarks.harness.bench_plan import UNATTENDED
 from drivers.roomba.service import RoombaService
 from mapping import map_bundle
-from mapping.clip.place_rows import PlaceRows
 from mapping.clip.placement import Placement
+from mapping.clip.places.place_rows import PlaceRows
 from mapping.clip.scores import Background
 from mapping.map_bundle import MapBundle
 from mapping.occupancy.depth_mapper import DepthMapper

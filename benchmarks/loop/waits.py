@@ -35,8 +35,8 @@ from benchmarks.loop.ticks import blown_up
 from mapping.clip.encoder import ClipEncoder
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap
-from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import Placement
+from mapping.clip.places.place_rows import PlaceMap
 from vizbot.core.errors import VizbotError
 from vizbot.core.program.garbage import collecting_afterwards, keep_freed_memory
 from vizbot.objectnav.belief_search import BeliefSearch

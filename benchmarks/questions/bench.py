@@ -26,8 +26,8 @@ from benchmarks.questions.marks import (
 from benchmarks.questions.poses import BY_SLAM, poses_at, recorded_poses, require_most, told_poses
 from drivers.tum_sequence import RecordedSequence
 from mapping.clip.encoder import ClipEncoder
-from mapping.clip.footprint import PLACE
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.places.footprint import PLACE
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.map_bundle import MapBundle
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError

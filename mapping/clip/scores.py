@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from mapping.clip.background.kept_bank import KnownWeights, OnProgress, kept_bank
 from mapping.clip.background.phrases import PHRASES
 from mapping.clip.background.pictures import bank
-from mapping.clip.evidence import Weights, fitted_weights
+from mapping.clip.places.evidence import Weights, fitted_weights
 
 if TYPE_CHECKING:  # its module loads torch
     from mapping.clip.encoder import TextEncoder

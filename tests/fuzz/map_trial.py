@@ -7,8 +7,8 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from mapping.clip.belief import Belief
-from mapping.clip.evidence import fitted_weights
+from mapping.clip.places.belief import Belief
+from mapping.clip.places.evidence import fitted_weights
 from mapping.clip.scores import Query
 from mapping.map_bundle import load, require_map_folder, save, with_background
 from tests.conftest import MeanColours

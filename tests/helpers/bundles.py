@@ -7,7 +7,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from mapping import map_bundle
-from mapping.clip.evidence import fitted_weights
 from mapping.clip.fitted.calibration import (
     LIST_OF_VIEWS,
     EncoderCalibration,
@@ -15,7 +14,8 @@ from mapping.clip.fitted.calibration import (
     encoder_hash,
 )
 from mapping.clip.mapper import ClipMap, FrameElements
-from mapping.clip.place_rows import PlaceRows
+from mapping.clip.places.evidence import fitted_weights
+from mapping.clip.places.place_rows import PlaceRows
 from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.map_bundle import MapBundle, save
 from tests.helpers.failing import raising

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from mapping.clip.belief import Belief
-from mapping.clip.evidence import LEAST, MOST, Weights, evidence, features, fitted_weights
-from mapping.clip.footprint import PLACE, Footprint
-from mapping.clip.place_rows import PlaceMap
-from mapping.clip.place_views import PlaceViews
+from mapping.clip.places.belief import Belief
+from mapping.clip.places.evidence import LEAST, MOST, Weights, evidence, features, fitted_weights
+from mapping.clip.places.footprint import PLACE, Footprint
+from mapping.clip.places.place_rows import PlaceMap
+from mapping.clip.places.place_views import PlaceViews
 from mapping.clip.scores import NO_PICTURES, Background, Query
 from vizbot.core.geometry import planar
 

@@ -13,7 +13,6 @@ from benchmarks.harness.bench_plan import UNATTENDED
 from benchmarks.harness.fingerprint import key_of_settings
 from benchmarks.options import with_calibration
 from mapping import map_bundle
-from mapping.clip.evidence import fitted_weights
 from mapping.clip.fitted import calibration as files
 from mapping.clip.fitted.calibration import (
     calibration_file,
@@ -30,6 +29,7 @@ from mapping.clip.fitted.encoder import (
     weights_of,
 )
 from mapping.clip.fitted.phrasings import BARE, ENSEMBLE
+from mapping.clip.places.evidence import fitted_weights
 from sim_stubs.faults.faulty_program import FaultyEncoder
 from tests.fuzz.spoilt_maps import seal
 from tests.helpers.bundles import bundle_of, calibration_for

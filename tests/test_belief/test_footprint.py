@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mapping.clip.config import ClipMapperConfig
-from mapping.clip.footprint import PLACE, footprint
 from mapping.clip.patches import patch_boxes
+from mapping.clip.places.footprint import PLACE, footprint
 from vizbot.core.geometry import transform
 from vizbot.core.types import Intrinsics
 

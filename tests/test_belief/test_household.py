@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from mapping.clip.background.phrases import other_rooms
-from mapping.clip.likeliest_places import belief_of_map
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.places.likeliest_places import belief_of_map
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import Query
 from tests.helpers.bundles import bundle_of
 from vizbot.config import Config

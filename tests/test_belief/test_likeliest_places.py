@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mapping.clip.belief import PlaceBelief
-from mapping.clip.footprint import PLACE
-from mapping.clip.likeliest_places import belief_of_map, likeliest_places
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.places.belief import PlaceBelief
+from mapping.clip.places.footprint import PLACE
+from mapping.clip.places.likeliest_places import belief_of_map, likeliest_places
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import NO_PICTURES
 from tests.test_belief.test_belief import ASKED, WEIGHTS, camera, shown
 from vizbot.core.geometry import planar

@@ -23,8 +23,8 @@ from benchmarks.loop.rehearsal import (
 )
 from benchmarks.loop.ticks import StageTime, StageTimer, Ticks, blown_up, rest_of
 from benchmarks.loop.waits import DIMENSION, SpanTimer, Waits, widened
-from mapping.clip.likeliest_places import belief_of_map
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.places.likeliest_places import belief_of_map
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import Query
 from tests.helpers.bundles import bundle_of
 from vizbot.core.errors import ConfigError, VizbotError

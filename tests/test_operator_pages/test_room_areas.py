@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mapping.clip.belief import PlaceBelief
+from mapping.clip.places.belief import PlaceBelief
 from vizbot.operator.session.household import HouseholdBeliefs
 from vizbot.operator.session.room_areas import RoomAreas, room_areas
 

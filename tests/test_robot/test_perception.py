@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from mapping import map_bundle
-from mapping.clip.belief import Belief
-from mapping.clip.evidence import fitted_weights
-from mapping.clip.footprint import PLACE
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.places.belief import Belief
+from mapping.clip.places.evidence import fitted_weights
+from mapping.clip.places.footprint import PLACE
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import Background, Query
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.slam.slam import Slam

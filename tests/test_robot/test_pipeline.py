@@ -8,7 +8,7 @@ import pytest
 
 from drivers.roomba.config import RoombaConfig
 from mapping.clip.background.phrases import PHRASES
-from mapping.clip.evidence import fitted_weights
+from mapping.clip.places.evidence import fitted_weights
 from mapping.clip.reading import Reading
 from tests.helpers.bundles import bundle_of
 from tests.helpers.scripted_robot import PERIOD, ScriptedBase, ticks, until_it_ends

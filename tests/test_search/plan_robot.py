@@ -11,8 +11,8 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from mapping.clip.belief import PlaceBelief
-from mapping.clip.footprint import PLACE
+from mapping.clip.places.belief import PlaceBelief
+from mapping.clip.places.footprint import PLACE
 from mapping.occupancy.depth_mapper import DepthMapper
 from mapping.occupancy.planar_scan import BEARINGS, FLOOR, OBSTACLE, PASSED, PlanarScan
 from vizbot.config import Config

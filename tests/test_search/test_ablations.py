@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from benchmarks.ablations.ablation import ABLATIONS
-from mapping.clip.evidence import EMBEDDED_FILE, fitted_weights
-from mapping.clip.place_views import PlaceViews
+from mapping.clip.places.evidence import EMBEDDED_FILE, fitted_weights
+from mapping.clip.places.place_views import PlaceViews
 from mapping.clip.scores import Query
 from nav.frontier import FrontierSearch
 from tests.test_search.test_belief_search import CONFIG, SOFA, believed, room

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mapping.clip.belief import PlaceBelief
-from mapping.clip.footprint import PLACE
+from mapping.clip.places.belief import PlaceBelief
+from mapping.clip.places.footprint import PLACE
 from mapping.clip.scores import Query
 from nav.frontier import FrontierSearch
 from vizbot.config import Config

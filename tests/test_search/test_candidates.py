@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from mapping.clip.belief import PlaceBelief
-from mapping.clip.footprint import PLACE
+from mapping.clip.places.belief import PlaceBelief
+from mapping.clip.places.footprint import PLACE
 from nav.config import NavigatorConfig
 from vizbot.core.place_scores import UNSEEN
 from vizbot.objectnav.candidates import scores_of

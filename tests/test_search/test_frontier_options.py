@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mapping.clip.belief import PlaceBelief
-from mapping.clip.footprint import PLACE
+from mapping.clip.places.belief import PlaceBelief
+from mapping.clip.places.footprint import PLACE
 from nav.costmap import LiveCostmap
 from nav.frontier import FrontierSearch
 from nav.way_field import WayField

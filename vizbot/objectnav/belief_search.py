@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import Belief, PlaceBelief
-from mapping.clip.evidence import fitted_weights
+from mapping.clip.places.belief import Belief, PlaceBelief
+from mapping.clip.places.evidence import fitted_weights
 from mapping.clip.scores import Query
 from nav.config import Reach
 from nav.costmap import Costmap, LiveCostmap

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import PlaceBelief
-from mapping.clip.footprint import PLACE
-from mapping.clip.likeliest_places import likeliest_places
+from mapping.clip.places.belief import PlaceBelief
+from mapping.clip.places.footprint import PLACE
+from mapping.clip.places.likeliest_places import likeliest_places
 from mapping.clip.scores import Query
 from vizbot.core.observer import Candidate
 from vizbot.core.place_scores import UNSEEN, PlaceScores

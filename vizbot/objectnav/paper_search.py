@@ -27,8 +27,8 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.footprint import PLACE
 from mapping.clip.growing_rows import GrowingRows
+from mapping.clip.places.footprint import PLACE
 from mapping.clip.retrieval import find, similarities
 from nav.config import NavigatorConfig, Reach
 from nav.costmap import Costmap, LiveCostmap

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import PlaceBelief
+from mapping.clip.places.belief import PlaceBelief
 from nav.config import Reach
 from nav.costmap import Costmap
 from nav.frontier import FrontierSearch

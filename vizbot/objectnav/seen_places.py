@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import PlaceBelief
+from mapping.clip.places.belief import PlaceBelief
 from nav.costmap import Costmap
 from nav.goal_region import fronts
 from vizbot.objectnav.stops import EXTENT

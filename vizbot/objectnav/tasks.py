@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.background.phrases import other_rooms
-from mapping.clip.evidence import Weights, fitted_weights
 from mapping.clip.fitted.encoder import embed_asked, weights_of
+from mapping.clip.places.evidence import Weights, fitted_weights
 from vizbot.core.observer import OpenQuestion, Outcome
 from vizbot.core.types import Twist
 

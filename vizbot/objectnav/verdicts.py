@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import PlaceBelief
+from mapping.clip.places.belief import PlaceBelief
 from vizbot.objectnav import reasons
 from vizbot.objectnav.looks import APART
 from vizbot.objectnav.tasks import Goal

@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.calibration.floor_level import estimate_mount
-from mapping.clip.belief import Belief, PlaceBelief
 from mapping.clip.fitted.encoder import calibration_of
-from mapping.clip.footprint import Footprint, footprint
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.patches import embed_frame
-from mapping.clip.place_rows import PlaceMap
 from mapping.clip.placement import PlacedElements, Placement
+from mapping.clip.places.belief import Belief, PlaceBelief
+from mapping.clip.places.footprint import Footprint, footprint
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import NO_PICTURES, NO_STATISTICS, Background
 from mapping.map_bundle import MapBundle
 from mapping.map_snapshot import MapSnapshot

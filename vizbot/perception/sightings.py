@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.likeliest_places import APART, MOST
+from mapping.clip.places.likeliest_places import APART, MOST
 from mapping.clip.retrieval import best
 from mapping.map_bundle import MapBundle
 

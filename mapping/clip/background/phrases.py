@@ -3,8 +3,8 @@
 They name things, stuff and rooms of homes and offices, or say nothing in particular. A question is
 compared with all of them (`mapping.clip.scores`), so that the units of an encoder do not matter. A
 place is in one room alone: evidence for another room there is evidence against the one that is
-asked for (`mapping.clip.belief`). That does not hold for things: a place may show a sofa and a
-cushion.
+asked for (`mapping.clip.places.belief`). That does not hold for things: a place may show a sofa and
+a cushion.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 Encoders give some texts higher similarities than others, whatever a picture shows. How high those
 of a question to these pictures go is one of the numbers that its evidence is made of
-(`mapping.clip.evidence`). They are patches of simulated homes in which neither an encoder was
-trained nor a belief fitted (`benchmarks.fast_world.picture_bank` draws them).
+(`mapping.clip.places.evidence`). They are patches of simulated homes in which neither an encoder
+was trained nor a belief fitted (`benchmarks.fast_world.picture_bank` draws them).
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from mapping.clip.background.kept_bank import KnownWeights
-from mapping.clip.evidence import Weights
+from mapping.clip.places.evidence import Weights
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import parse_json, read_regular, user_folder, write_whole
 from vizbot.core.settings import Settings, causes
@@ -67,9 +67,9 @@ class EncoderCalibration(Settings):
         scale: Makes, with `bias`, log odds of a cosine.
         bias: Log odds of cosine 0.
         threshold: Cosine above which an image matches a text, for the method `paper`.
-        near: Weights of a view from near (`mapping.clip.evidence`).
+        near: Weights of a view from near (`mapping.clip.places.evidence`).
         far: Weights of a view from afar.
-        join: Weights of all views of a place (`mapping.clip.place_views`).
+        join: Weights of all views of a place (`mapping.clip.places.place_views`).
         reliability: Of places in homes that the weights were not fitted to, from what is believed
             least on.
         calibration_error: Mean difference of what is believed and what is true there, by places

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.evidence import Weights, shipped_weights
 from mapping.clip.fitted.calibration import (
     EncoderCalibration,
     encoder_hash,
@@ -18,6 +17,7 @@ from mapping.clip.fitted.calibration import (
     require_same_encoder,
 )
 from mapping.clip.fitted.phrasings import BARE, embed_phrased
+from mapping.clip.places.evidence import Weights, shipped_weights
 from mapping.clip.reading import Reading
 
 if TYPE_CHECKING:  # its module loads torch

@@ -12,8 +12,8 @@ from benchmarks.episodes.calibration_error import EXACT
 from benchmarks.episodes.episode import BelievedAnswer
 from benchmarks.episodes.exploration import SCALE_SETS, HomeToAsk
 from benchmarks.objectnav.single_goal import with_scales
-from mapping.clip.likeliest_places import LikelyPlace
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.places.likeliest_places import LikelyPlace
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import Query
 from sim_stubs.scoring.success import GOALS
 from tests.helpers.failing import raising

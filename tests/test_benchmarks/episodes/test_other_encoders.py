@@ -14,8 +14,8 @@ from benchmarks.episodes.other_encoders import (
     USUAL,
     OtherEncoder,
 )
-from mapping.clip.evidence import UNKNOWN_SCALE_FILE, fitted_weights
 from mapping.clip.fitted.encoder import weights_of
+from mapping.clip.places.evidence import UNKNOWN_SCALE_FILE, fitted_weights
 from mapping.clip.reading import Reading
 from mapping.clip.scores import Background, Query
 

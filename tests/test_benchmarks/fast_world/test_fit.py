@@ -9,7 +9,8 @@ import pytest
 
 from benchmarks.episodes.run import encoder_of
 from benchmarks.harness.bench_plan import UNATTENDED
-from mapping.clip.evidence import (
+from mapping.clip.fitted.encoder import weights_of
+from mapping.clip.places.evidence import (
     EMBEDDED_FILE,
     NAMES,
     PRIOR,
@@ -19,8 +20,7 @@ from mapping.clip.evidence import (
     fitted_weights,
     shipped_weights,
 )
-from mapping.clip.fitted.encoder import weights_of
-from mapping.clip.place_views import PlaceViews
+from mapping.clip.places.place_views import PlaceViews
 from sim_stubs.homes.home import home
 from sim_stubs.homes.start_pose import things_named
 from vizbot.rehearsal.belief_fit import fit

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import Belief, PlaceBelief, against_rivals
-from mapping.clip.place_rows import PlacedRows, PlaceMap
+from mapping.clip.places.belief import Belief, PlaceBelief, against_rivals
+from mapping.clip.places.place_rows import PlacedRows, PlaceMap
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
 from vizbot.core.errors import ConfigError

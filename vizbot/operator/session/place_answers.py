@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import PlaceBelief
-from mapping.clip.footprint import PLACE
-from mapping.clip.likeliest_places import belief_of_map, likeliest_places
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.places.belief import PlaceBelief
+from mapping.clip.places.footprint import PLACE
+from mapping.clip.places.likeliest_places import belief_of_map, likeliest_places
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.retrieval import best, similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import PlaceBelief
-from mapping.clip.footprint import PLACE
+from mapping.clip.places.belief import PlaceBelief
+from mapping.clip.places.footprint import PLACE
 from mapping.map_bundle import MapBundle
 from vizbot.core.home_vocabulary import ROOMS
 from vizbot.operator.session.household import HouseholdBeliefs

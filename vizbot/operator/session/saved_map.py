@@ -16,7 +16,7 @@ from vizbot.operator.session.saved_maps import find_map
 from vizbot.rig import open_map_encoder
 
 if TYPE_CHECKING:
-    from mapping.clip.belief import PlaceBelief
+    from mapping.clip.places.belief import PlaceBelief
     from mapping.clip.scores import Query
     from vizbot.operator.session.place_answers import Answer
 

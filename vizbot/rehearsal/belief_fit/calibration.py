@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.background.kept_bank import OnProgress
-from mapping.clip.evidence import Weights, fitted_weights
 from mapping.clip.fitted.calibration import (
     LIST_OF_VIEWS,
     EncoderCalibration,
@@ -20,6 +19,7 @@ from mapping.clip.fitted.calibration import (
     encoder_hash,
 )
 from mapping.clip.patches import embed_frame
+from mapping.clip.places.evidence import Weights, fitted_weights
 from mapping.clip.scores import Background
 from sim_stubs.world.world import World
 from sim_stubs.world.world_plan import D435I_COLOUR

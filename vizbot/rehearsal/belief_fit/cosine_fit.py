@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.evidence import PRIOR
 from mapping.clip.fitted.phrasings import BARE, ENSEMBLE, embed_phrased
+from mapping.clip.places.evidence import PRIOR
 from vizbot.core.errors import ConfigError
 from vizbot.rehearsal.belief_fit.fit import logistic
 from vizbot.rehearsal.belief_fit.places import are_true
@@ -85,8 +85,8 @@ def fit_cosines(homes: Sequence[ShownPlaces], encoder: TextEncoder) -> CosineFit
     """Scale and bias that make log odds of a cosine, the threshold, and the phrasings.
 
     The log odds are those of a patch that shows a goal as often as evidence is measured from
-    (`mapping.clip.evidence.PRIOR`). The ensemble of phrasings is taken where it lowers the log loss
-    in each half of the homes, fitted in the other one.
+    (`mapping.clip.places.evidence.PRIOR`). The ensemble of phrasings is taken where it lowers the
+    log loss in each half of the homes, fitted in the other one.
 
     Raises:
         ConfigError: cosines of what is shown are not higher than others.

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.background.phrases import other_rooms
-from mapping.clip.evidence import NAMES, NEAR, PRIOR, Weights, evidence
-from mapping.clip.place_views import PlaceViews
+from mapping.clip.places.evidence import NAMES, NEAR, PRIOR, Weights, evidence
+from mapping.clip.places.place_views import PlaceViews
 from vizbot.rehearsal.belief_fit.places import are_true
 from vizbot.rehearsal.belief_fit.seen_home import SeenHome, ShownPlaces, Station
 from vizbot.rehearsal.belief_fit.views import HEADINGS
@@ -47,9 +47,9 @@ class Omission(StrEnum):
 
 
 _OF_VIEWS = {Omission.Z_SCORE: "z-score", Omission.OFFSETS_OF_TEXTS: "upper tail"}
-"""How the names of the features of a view begin that are left out (`mapping.clip.evidence`)."""
+"""How names of features of a view begin that are left out (`mapping.clip.places.evidence`)."""
 _BEST_VIEWS = (0, 1, 6, 8, 14, 19)
-"""Features of a place that its best views alone make (`mapping.clip.place_views`)."""
+"""Features of a place that its best views alone make (`mapping.clip.places.place_views`)."""
 
 
 Walks = Callable[[ShownPlaces, np.random.Generator], Sequence[int]]

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.footprint import PLACE
+from mapping.clip.places.footprint import PLACE
 from sim_stubs.homes.geometry.house import House
 from sim_stubs.homes.geometry.occupancy_slice import PlanGrid, clearance, occupied, reachable
 from sim_stubs.homes.geometry.solids import triangles

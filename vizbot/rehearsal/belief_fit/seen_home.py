@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.background.phrases import other_rooms
-from mapping.clip.evidence import features
 from mapping.clip.fitted.phrasings import BARE, embed_phrased
-from mapping.clip.footprint import PLACE
+from mapping.clip.places.evidence import features
+from mapping.clip.places.footprint import PLACE
 from mapping.clip.scores import Background, Query
 from sim_stubs.scoring.success import GOALS
 from vizbot.core.geometry import transform

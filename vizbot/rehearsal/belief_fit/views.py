@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
-from mapping.clip.footprint import Footprint, footprint
 from mapping.clip.mapper import FrameElements
 from mapping.clip.patches import embed_frame
+from mapping.clip.places.footprint import Footprint, footprint
 from mapping.occupancy.planar_scan import PlanarScan, flatten, level_pose
 from sim_stubs.world.world import World
 from vizbot.config import PerceptionConfig

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.belief import Belief, PlaceBelief
-from mapping.clip.place_rows import PlaceMap
+from mapping.clip.places.belief import Belief, PlaceBelief
+from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.retrieval import best, similarities
 from mapping.clip.scores import Query
 from mapping.keyframes.anchors import points_in_map

@@ -105,7 +105,7 @@ class Weights:
     Attributes:
         near: (20,) of the features of a view from near.
         far: (20,) of those of a view from afar.
-        join: (20,) of the features of all views of a place (`mapping.clip.place_views`).
+        join: (20,) of the features of all views of a place (`mapping.clip.places.place_views`).
     """
 
     near: NDArray[np.float64]

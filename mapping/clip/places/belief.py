@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.evidence import Weights, evidence, features
-from mapping.clip.footprint import PLACE
 from mapping.clip.growing_rows import GrowingRows
-from mapping.clip.place_rows import PlacedRows, PlaceRows
-from mapping.clip.place_views import PlaceViews, around
+from mapping.clip.places.evidence import Weights, evidence, features
+from mapping.clip.places.footprint import PLACE
+from mapping.clip.places.place_rows import PlacedRows, PlaceRows
+from mapping.clip.places.place_views import PlaceViews, around
 from mapping.clip.scores import Query
 
 ROOM = 21

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.evidence import NEAR
+from mapping.clip.places.evidence import NEAR
 from vizbot.core.program.kernels import kernel
 
 FIELDS = 15

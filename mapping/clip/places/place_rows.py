@@ -12,8 +12,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.footprint import PLACE, Footprint
 from mapping.clip.growing_rows import GrowingRows
+from mapping.clip.places.footprint import PLACE, Footprint
 from mapping.keyframes.anchors import points_in_map
 from vizbot.core.geometry import transform
 from vizbot.core.types import SE3
