@@ -9,8 +9,9 @@ from __future__ import annotations
 import hashlib
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from mapping.clip.scores import LEAST_SPREAD
+from mapping.map_upgrade import ADDED, FORMER_SCHEMA, upgraded
 from mapping.tensor_file import CODES
 from vizbot.core.camera_limits import LATEST_STAMP, MOST_PIXELS
 from vizbot.core.files import open_regular, parse_json
@@ -39,6 +41,7 @@ _ROTATION_TOLERANCE = 1e-4
 _UNIT_TOLERANCE = 0.01
 _MOST = {"keyframe": 100_000, "dimension": 16_384, "row": MOST_CELLS, "col": MOST_CELLS}
 _MOST_SPOTS = 1 << 24
+_MOST_FRAMES = (1 << 31) - 1
 _LEAST = {"dimension": 1, "row": 1, "col": 1}
 
 
@@ -89,14 +92,28 @@ _TABLE = (
     _Array("places.ranges", np.float32, ("view",), 0, 2 * FARTHEST),
     _Array("places.shares", np.float32, ("view",), 0, 1),
     _Array("places.spots", np.int32, ("view",), 0, _MOST_SPOTS),
+    _Array("places.frames", np.int32, ("view",)),
+    _Array("frames.numbers", np.int32, ("mapped",), 0, _MOST_FRAMES),
+    _Array("frames.keyframes", np.int32, ("mapped",)),
+    _Array("frames.Ts_keyframe_cam", np.float64, ("mapped", 4, 4), -FARTHEST, FARTHEST),
+    _Array("frames.times", np.float64, ("mapped",), -LATEST_STAMP, LATEST_STAMP),
     _Array("elements.pictures", np.float32, ("picture", "dimension"), -1.1, 1.1),
 )
+_FORMER_TABLE = tuple(each for each in _TABLE if each.name not in (*ADDED, "places.frames"))
 
 
-def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
+def _table(schema: int) -> tuple[_Array, ...]:
+    """The arrays of a map of this schema."""
+    return _FORMER_TABLE if schema == FORMER_SCHEMA else _TABLE
+
+
+def read_arrays(
+    path: Path, size: int, sha256: str, schema: int, created: datetime
+) -> dict[str, NDArray[Any]]:
     """Read the arrays of a map and check each of them, and how they refer to one another.
 
-    `size` [bytes] and `sha256` are those of `map.safetensors` in the map's header.
+    `size` [bytes] and `sha256` are those of `map.safetensors` in the map's header, as `schema` and
+    when it was `created` are.
 
     Raises:
         OSError: it cannot be read, is larger than any map, or is no regular file.
@@ -104,18 +121,20 @@ def read_arrays(path: Path, size: int, sha256: str) -> dict[str, NDArray[Any]]:
     """
     with open_regular(path, MOST_BYTES) as file:
         digest = hashlib.sha256()
-        spans = _read_layout(file, size, digest)
+        spans = _read_layout(file, size, digest, _table(schema))
         arrays = {array.name: _read(file, array, shape, digest) for array, shape in spans}
         if file.read(1) or digest.hexdigest() != sha256:
             raise ValueError("it has another checksum")
+    if schema == FORMER_SCHEMA:
+        arrays = upgraded(arrays, created)
     require_arrays(arrays)
     return arrays
 
 
-def read_array(path: Path, size: int, name: str) -> NDArray[Any]:
+def read_array(path: Path, size: int, name: str, schema: int) -> NDArray[Any]:
     """Read one array of a map and check it by itself; the rest of the file is not read.
 
-    `size` [bytes] is that in the map's header; `name` is group and column.
+    `size` [bytes] and `schema` are those in the map's header; `name` is group and column.
 
     Raises:
         OSError: it cannot be read, is larger than any map, or is no regular file.
@@ -123,7 +142,7 @@ def read_array(path: Path, size: int, name: str) -> NDArray[Any]:
     """
     unused = hashlib.sha256()
     with open_regular(path, MOST_BYTES) as file:
-        for array, shape in _read_layout(file, size, unused):
+        for array, shape in _read_layout(file, size, unused, _table(schema)):
             if array.name == name:
                 content = _read(file, array, shape, unused)
                 _require_range(array, content)
@@ -195,7 +214,7 @@ def is_rigid(Ts_a_b: NDArray[np.float64]) -> bool:
 
 
 def _read_layout(
-    file: BufferedReader, size: int, digest: hashlib._Hash
+    file: BufferedReader, size: int, digest: hashlib._Hash, table: Sequence[_Array]
 ) -> list[tuple[_Array, tuple[int, ...]]]:
     """The arrays with their shapes, in the order of the file; nothing of them is read."""
     if file.seek(0, 2) != size:
@@ -211,10 +230,10 @@ def _read_layout(
     if not isinstance(layout, dict):
         raise ValueError("its header is not a table")
     layout.pop("__metadata__", None)
-    if layout.keys() != {array.name for array in _TABLE}:
+    if layout.keys() != {array.name for array in table}:
         raise ValueError("it holds other arrays than a map")
     lengths: dict[str, int] = {}
-    spans = [(*_span(array, layout[array.name], lengths), array) for array in _TABLE]
+    spans = [(*_span(array, layout[array.name], lengths), array) for array in table]
     spans.sort(key=lambda span: span[:2])
     start = end = 8 + length
     for begin, shape, array in spans:
@@ -280,21 +299,25 @@ def _relations(arrays: Mapping[str, NDArray[Any]]) -> Iterator[tuple[str, bool]]
     """What must hold beyond each array's range, in an order in which each may rest on the last."""
     ids, stamps = arrays["keyframes.ids"], arrays["keyframes.stamps"]
     yield "keyframes.ids do not rise", bool((np.diff(ids) > 0).all())
-    for name in ("keyframes.stamps", "trajectory.stamps", "views.keyframes"):
+    yield "frames.numbers do not rise", bool((np.diff(arrays["frames.numbers"]) > 0).all())
+    rising = "keyframes.stamps", "trajectory.stamps", "views.keyframes", "frames.times"
+    for name in (*rising, "places.frames"):
         yield f"{name} do not rise", bool((np.diff(arrays[name]) >= 0).all())
-    for name in ("views", "elements", "cloud", "trajectory"):
+    for name in ("views", "elements", "cloud", "trajectory", "frames"):
         yield (
             f"{name}.keyframes refers to a keyframe that is not there",
             _are_among(arrays[f"{name}.keyframes"], ids),
         )
-    for name in ("keyframes.Ts_map_cam", "trajectory.Ts_map_cam", "trajectory.Ts_keyframe_cam"):
+    online = "trajectory.Ts_map_cam", "trajectory.Ts_keyframe_cam"
+    for name in ("keyframes.Ts_map_cam", *online, "frames.Ts_keyframe_cam"):
         yield f"{name} are not rigid transforms", is_rigid(arrays[name])
     frame_of, frame_stamps = arrays["trajectory.keyframes"], arrays["trajectory.stamps"]
     own = frame_stamps == stamps[np.searchsorted(ids, frame_of)]
     yield "a keyframe has no frame of its own", bool(np.isin(ids, frame_of[own]).all())
-    frames, boxes = arrays["elements.frames"], arrays["elements.boxes"]
-    cut = ((frames >= 0) & (frames < len(frame_stamps))).all()
-    yield "elements.frames refers to a frame that is not there", bool(cut)
+    boxes = arrays["elements.boxes"]
+    for name in ("elements", "places"):
+        known = np.isin(arrays[f"{name}.frames"], arrays["frames.numbers"])
+        yield f"{name}.frames refers to a frame that is not there", bool(known.all())
     yield "elements.boxes are empty", bool((boxes[:, :2] < boxes[:, 2:]).all())
     for name in ("elements.embeddings", "elements.pictures"):
         norms = np.sqrt(np.einsum("nd,nd->n", arrays[name], arrays[name]))

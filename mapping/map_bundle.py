@@ -22,6 +22,7 @@ from mapping.clip.background.kept_bank import OnProgress
 from mapping.clip.background.phrases import PHRASES_ID
 from mapping.clip.background.pictures import PICTURES_ID
 from mapping.clip.fitted.calibration import EncoderCalibration
+from mapping.clip.mapped_frames import MappedFrames
 from mapping.clip.mapper import ClipElements
 from mapping.clip.own_encoder import is_class_name
 from mapping.clip.places.place_rows import PlaceMap, PlaceRows
@@ -56,6 +57,7 @@ from mapping.map_header import (
     is_map,
     read_header,
 )
+from mapping.map_upgrade import FORMER_SCHEMA
 from mapping.tensor_file import size_of, write_through
 from vizbot.core.errors import MapError
 from vizbot.core.files import require_folder
@@ -78,6 +80,7 @@ class MapBundle:
         statistics: What each element has in common with the background phrases (N, 2), as of
             `Background.statistics`; None where that is not known.
         places: Views of places.
+        frames: The frames that the elements and views of places are of.
         cloud: Coloured points, for display.
         created: When the run ended, UTC.
         notice: Warning that the encoder gives with its results; None for none.
@@ -96,6 +99,7 @@ class MapBundle:
     elements: ClipElements
     statistics: NDArray[np.float32] | None
     places: PlaceRows
+    frames: MappedFrames
     grid: OccupancyGrid
     cloud: Cloud
     trajectory: Trajectory
@@ -104,6 +108,10 @@ class MapBundle:
     keep_out: tuple[NDArray[np.float32], ...] = ()
     pictures: NDArray[np.float32] = field(default_factory=lambda: NO_PICTURES)
     calibration: EncoderCalibration | None = None
+
+    def place_map(self) -> PlaceMap:
+        """The views of places, to be placed and to go on with."""
+        return PlaceMap(self.intrinsics, self.places, self.frames)
 
     def element_points(self) -> NDArray[np.float64]:
         """Points (N, 3) of the CLIP map's elements in `map` [m]."""
@@ -130,6 +138,7 @@ _GROUPS = {
     "views": KeyframeViews,
     "elements": ClipElements,
     "places": PlaceRows,
+    "frames": MappedFrames,
     "cloud": Cloud,
     "trajectory": Trajectory,
 }
@@ -315,13 +324,21 @@ def load(folder: Path) -> MapBundle:
     folder = readable_folder(folder)
     header = read_header(folder)
     try:
-        arrays = read_arrays(folder / TENSORS, header.tensors_size, header.tensors_sha256)
+        arrays = read_arrays(
+            folder / TENSORS,
+            header.tensors_size,
+            header.tensors_sha256,
+            header.schema_version,
+            header.created,
+        )
         groups: dict[str, Any] = {
             group: kind(*(arrays[f"{group}.{column.name}"] for column in fields(kind)))
             for group, kind in _GROUPS.items()
         }
         poses = groups["keyframes"].poses()
-        require_places_extent(PlaceMap(groups["places"]).placed(poses).places)
+        require_places_extent(
+            PlaceMap(header.intrinsics, groups["places"], groups["frames"]).placed(poses).places
+        )
         occupancy = arrays["grid.occupancy"]
         require_extent(
             groups["keyframes"].Ts_map_cam,
@@ -344,7 +361,10 @@ def load(folder: Path) -> MapBundle:
         calibration=header.calibration,
         **groups,
     )
-    if header.counts != _counts(bundle):
+    counts = _counts(bundle)
+    if header.schema_version == FORMER_SCHEMA:
+        del counts["frames"]
+    if header.counts != counts:
         raise damaged(folder, HEADER, ValueError("its counts are not those of the arrays"))
     return bundle
 
@@ -358,7 +378,9 @@ def load_grid(folder: Path) -> OccupancyGrid:
     folder = readable_folder(folder)
     header = read_header(folder)
     try:
-        occupancy = read_array(folder / TENSORS, header.tensors_size, "grid.occupancy")
+        occupancy = read_array(
+            folder / TENSORS, header.tensors_size, "grid.occupancy", header.schema_version
+        )
     except (OSError, ValueError, MemoryError) as error:
         raise damaged(folder, TENSORS, error) from error
     zones = tuple(np.array(zone, np.float32) for zone in header.keep_out)
@@ -384,7 +406,7 @@ def _packed(bundle: MapBundle) -> tuple[MapHeader, dict[str, NDArray[Any]]]:
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
     grid = bundle.grid
     require_arrays(arrays)
-    require_places_extent(PlaceMap(bundle.places).placed(bundle.keyframes.poses()).places)
+    require_places_extent(bundle.place_map().placed(bundle.keyframes.poses()).places)
     require_extent(
         bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
     )
@@ -434,6 +456,7 @@ def _counts(bundle: MapBundle) -> dict[str, int]:
         "keyframes": len(bundle.keyframes.ids),
         "elements": len(bundle.elements.keyframes),
         "places": len(bundle.places),
+        "frames": len(bundle.frames),
         "cloud": len(bundle.cloud.keyframes),
         "trajectory": len(bundle.trajectory.stamps),
     }

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field, ValidationError, field_validator, mo
 
 from mapping.clip.fitted.calibration import LIST_OF_VIEWS, EncoderCalibration
 from mapping.map_arrays import FARTHEST, is_rigid
+from mapping.map_upgrade import FORMER_SCHEMA
 from vizbot.core.camera_limits import require_camera
 from vizbot.core.errors import MapError
 from vizbot.core.files import parse_json, read_regular
@@ -20,7 +21,7 @@ from vizbot.core.settings import Settings, causes
 from vizbot.core.types import Intrinsics
 
 FORMAT = "vizbot map"
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 REMEDY = "`vizbot map build SEQ --out MAP` makes one"
 HEADER, TENSORS = "map.json", "map.safetensors"
 
@@ -97,10 +98,10 @@ def read_header(folder: Path) -> MapHeader:
     if not isinstance(raw, dict) or raw.get("format") != FORMAT:
         raise MapError(f"{folder} is not a map but has a {HEADER} of another program: {REMEDY}")
     version = raw.get("schema_version")
-    if version != SCHEMA_VERSION:
+    if version not in (SCHEMA_VERSION, FORMER_SCHEMA):
         raise MapError(
-            f"the map {folder} is of schema {repr(version)[:40]}, not {SCHEMA_VERSION}:"
-            " build it again"
+            f"the map {folder} is of schema {repr(version)[:40]}, not {SCHEMA_VERSION} or"
+            f" {FORMER_SCHEMA}: build it again"
         )
     try:
         _require_checksum(raw)

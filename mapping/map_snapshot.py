@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.fitted.calibration import EncoderCalibration
+from mapping.clip.mapped_frames import MappedFrames
 from mapping.clip.mapper import ClipElements
 from mapping.clip.places.place_rows import PlaceRows
 from mapping.keyframes.anchors import Cloud, Keyframes, KeyframeViews, Trajectory
@@ -43,6 +44,7 @@ class MapSnapshot:
     statistics: NDArray[np.float32]
     pictures: NDArray[np.float32]
     places: PlaceRows
+    frames: MappedFrames
     grid: OccupancyGrid
     cloud: Cloud
     trajectory: Trajectory

@@ -83,8 +83,13 @@ class Pipeline:
         # Done once a run, not once a map, by the thread that embeds frames: it takes a while.
         parts = parts or PerceptionParts()
         background = parts.background or cache(partial(Background.embedded_by, encoder))
-        spreads = ALL_PIXELS if config.objectnav.method == "paper" else NEAR_MEDIAN
-        self._parts = replace(parts, background=background, patch_spreads=spreads)
+        is_paper = config.objectnav.method == "paper"
+        self._parts = replace(
+            parts,
+            background=background,
+            patch_spreads=ALL_PIXELS if is_paper else NEAR_MEDIAN,
+            every_picture=is_paper or parts.every_picture,
+        )
 
     def require_usable(self, saved_map: MapBundle | None) -> None:
         """Raise a `MapError` for a map of another encoder or with cells of another size."""

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.clip.mapped_frames import MappedFrame
 from mapping.clip.mapper import ClipMap
 from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import Background
 from nav.frontier import FrontierSearch
+from sim_stubs.world.world_plan import D435I_COLOUR
 from vizbot.config import Config
 from vizbot.core.types import SE3, OccupancyGrid
 from vizbot.objectnav.belief_search import BeliefSearch
@@ -74,7 +76,8 @@ class PaperMind:
         if self._pending is not None:
             before, seen, T_map_before = self._pending
             keyframe = self._keyframes.setdefault(before, len(self._keyframes))
-            self._map.add(keyframe, T_map_before, seen.elements, len(self._seen_from) - 1)
+            frame = MappedFrame(len(self._seen_from) - 1, keyframe, T_map_before, 0.0)
+            self._map.add(frame, seen.elements)
         self._pending = number, view, T_map_cam
         self._seen_from.append(from_xy)
 
@@ -115,7 +118,7 @@ class BeliefMind:
             parts: Parts that the search has.
         """
         self._background = Background.embedded_by(encoder)
-        self._map, self._places = ClipMap(encoder.dimension), PlaceMap()
+        self._map, self._places = ClipMap(encoder.dimension), PlaceMap(D435I_COLOUR)
         self._statistics = np.zeros((0, 2), np.float32)
         self._goal, self._question = goal, question_of(goal)
         self._frontiers = FrontierSearch(config.frontier)
@@ -127,11 +130,12 @@ class BeliefMind:
         """Take the view of this step, if it is new."""
         if self._pending is not None:
             seen, T_map_before = self._pending
-            self._places.add(0, T_map_before, T_map_before, seen.footprint, len(self._map))
-            self._map.add(0, T_map_before, seen.elements, 0)
+            frame = MappedFrame(len(self._places.frames), 0, T_map_before, 0.0)
+            self._places.add(frame, T_map_before, seen.footprint, len(self._map))
+            self._map.add(frame, seen.elements)
             fresh = self._background.statistics(seen.elements.embeddings)
             self._statistics = np.concatenate([self._statistics, fresh])
-        self._pending = (view, T_map_cam) if self._places.is_new_view(T_map_cam) else None
+        self._pending = (view, T_map_cam) if self._places.is_new_view(T_map_cam, 0.0) else None
 
     def look(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
         """Mark what the camera sees."""

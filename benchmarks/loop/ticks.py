@@ -259,8 +259,8 @@ def _more_places(rows: PlaceRows, source: NDArray[np.int64], rng: np.random.Gene
     first, counts = np.unique(source, return_index=True, return_counts=True)[1:]
     copies = int(counts.max(initial=1))
     left = np.flatnonzero((rows.elements < len(first)).all(axis=1))
-    many = np.tile(left, copies)
-    number = np.repeat(np.arange(copies), len(left))[:, None]
+    many = np.repeat(left, copies)
+    number = np.tile(np.arange(copies), len(left))[:, None]
     of = rows.elements[many]
     points = rows.points_keyframe[many] + 0.05 * rng.standard_normal((len(many), 3), np.float32)
     return PlaceRows(
@@ -270,6 +270,7 @@ def _more_places(rows: PlaceRows, source: NDArray[np.int64], rng: np.random.Gene
         rows.ranges[many],
         rows.shares[many],
         rows.spots[many],
+        rows.frames[many],
     )
 
 

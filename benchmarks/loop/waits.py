@@ -272,7 +272,7 @@ def _blow_up(pipeline: Pipeline, count: int) -> None:
     large = blown_up(perception.bundle(), count)
     assert large.statistics is not None
     perception.clip_map = ClipMap(DIMENSION, large.elements)
-    perception.places = PlaceMap(large.places)
+    perception.places = large.place_map()
     perception._statistics = GrowingRows(large.statistics)
     perception._placement = Placement()
     frontiers = pipeline.map.exploration.frontiers

@@ -27,7 +27,6 @@ from benchmarks.questions.poses import BY_SLAM, poses_at, recorded_poses, requir
 from drivers.tum_sequence import RecordedSequence
 from mapping.clip.encoder import ClipEncoder
 from mapping.clip.places.footprint import PLACE
-from mapping.clip.places.place_rows import PlaceMap
 from mapping.map_bundle import MapBundle
 from vizbot.config import Config
 from vizbot.core.errors import ConfigError
@@ -202,7 +201,7 @@ def _answer(
 
 def _seen_places(bundle: MapBundle) -> NDArray[np.float64]:
     """Centres (N, 2) of all places that the map has views of, in `map` [m]."""
-    placed = PlaceMap(bundle.places).placed(bundle.keyframes.poses())
+    placed = bundle.place_map().placed(bundle.keyframes.poses())
     return np.asarray((np.unique(placed.places, axis=0) + 0.5) * PLACE)
 
 

@@ -13,14 +13,19 @@ import mmap
 import resource
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import fields
 from functools import cache
 from pathlib import Path
-from typing import Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
 Number = TypeVar("Number", bound=np.generic)
+Table = TypeVar("Table", bound="DataclassInstance")
 
 log = logging.getLogger(__name__)
 
@@ -80,6 +85,37 @@ class GrowingRows(Generic[Number]):
         grown: NDArray[Number] = _with_room(more, more, self._rows.shape[1:], self._rows.dtype)
         grown[: self._size] = self.rows
         self._rows = grown
+
+
+class GrowingTable(Generic[Table]):
+    """A table, a dataclass whose fields are arrays of one length, with room for more rows."""
+
+    def __init__(self, first: Table, room: int = ROOM) -> None:
+        """Begin with a copy of this table, and addresses for `room` rows."""
+        self._kind, self._room = type(first), room
+        self._columns = [GrowingRows(each, room) for each in _columns_of(first)]
+
+    def __len__(self) -> int:
+        return len(self._columns[0])
+
+    @property
+    def rows(self) -> Table:
+        """All rows, as views that later additions do not change."""
+        return self._kind(*(column.rows for column in self._columns))
+
+    def add(self, fresh: Table) -> None:
+        """Add the rows of another table."""
+        for column, more in zip(self._columns, _columns_of(fresh), strict=True):
+            column.add(more)
+
+
+def chosen_rows(table: Table, chosen: NDArray[np.integer] | NDArray[np.bool_]) -> Table:
+    """The chosen rows (M,) of a table, or those where (N,) is true."""
+    return type(table)(*(column[chosen] for column in _columns_of(table)))
+
+
+def _columns_of(table: DataclassInstance) -> list[NDArray[Any]]:
+    return [getattr(table, each.name) for each in fields(table)]
 
 
 def _with_room(room: int, least: int, shape: Sequence[int], dtype: DTypeLike) -> NDArray[Any]:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.clip.growing_rows import GrowingRows
+from mapping.clip.growing_rows import GrowingTable
+from mapping.clip.mapped_frames import MappedFrame
 from mapping.keyframes.anchors import points_in_map
 from vizbot.core.geometry import transform
 from vizbot.core.types import SE3
@@ -37,7 +38,7 @@ class ClipElements:
         embeddings: (N, D) float32, unit rows.
         points_keyframe: (N, 3) float64, in the camera of the element's keyframe [m].
         keyframes: (N,) int32, ids.
-        frames: (N,) int32, index of the frame the patch was cut from.
+        frames: (N,) int32, number of the frame the patch was cut from.
         boxes: (N, 4) int32, u0, v0, u1, v1 of the patch in that frame [px].
     """
 
@@ -57,55 +58,43 @@ class ClipMap:
 
     def __init__(self, dimension: int, saved: ClipElements | None = None) -> None:
         """Start empty, for embeddings of length `dimension`, or with a saved map's elements."""
-        first = _no_rows(dimension) if saved is None else saved
-        self._embeddings = GrowingRows(first.embeddings)
-        self._points_keyframe = GrowingRows(first.points_keyframe)
-        self._keyframes = GrowingRows(first.keyframes)
-        self._frames = GrowingRows(first.frames)
-        self._boxes = GrowingRows(first.boxes)
+        self._table = GrowingTable(_no_rows(dimension) if saved is None else saved)
 
     def __len__(self) -> int:
-        return len(self._boxes)
+        return len(self._table)
 
-    def add(
-        self, keyframe: int, T_keyframe_cam: SE3, elements: FrameElements, frame_index: int
-    ) -> None:
-        """Add a frame's elements.
-
-        The elements are anchored to `keyframe`, in whose camera the frame's is `T_keyframe_cam`.
-        """
+    def add(self, frame: MappedFrame, elements: FrameElements) -> None:
+        """Add the elements of a frame, anchored to its keyframe."""
         count = len(elements.points_cam)
-        self._embeddings.add(elements.embeddings)
-        self._points_keyframe.add(transform(T_keyframe_cam, elements.points_cam))
-        self._keyframes.add_same(keyframe, count)
-        self._frames.add_same(frame_index, count)
-        self._boxes.add(elements.boxes)
+        self._table.add(
+            ClipElements(
+                elements.embeddings,
+                transform(frame.T_keyframe_cam, elements.points_cam),
+                np.full(count, frame.keyframe, np.int32),
+                np.full(count, frame.number, np.int32),
+                elements.boxes,
+            )
+        )
 
     @property
     def elements(self) -> ClipElements:
         """All rows, as views that later additions do not change."""
-        return ClipElements(
-            self.embeddings,
-            self.points_keyframe,
-            self.keyframes,
-            self._frames.rows,
-            self._boxes.rows,
-        )
+        return self._table.rows
 
     @property
     def embeddings(self) -> NDArray[np.float32]:
         """(N, D) float32, unit rows."""
-        return self._embeddings.rows
+        return self.elements.embeddings
 
     @property
     def keyframes(self) -> NDArray[np.int32]:
         """(N,) ids of the keyframes the elements are anchored to."""
-        return self._keyframes.rows
+        return self.elements.keyframes
 
     @property
     def points_keyframe(self) -> NDArray[np.float64]:
         """(N, 3) points in the cameras of those keyframes [m]."""
-        return self._points_keyframe.rows
+        return self.elements.points_keyframe
 
     def points_map(self, keyframe_poses: Mapping[int, SE3]) -> NDArray[np.float64]:
         """(N, 3) points in `map` [m] by the newest T_map_cam of the keyframes (equation 3)."""

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.growing_rows import GrowingRows
+from mapping.clip.mapped_frames import MappedFrames
 from mapping.clip.mapper import ClipElements
 from mapping.keyframes.anchors import points_in_map, poses_in_map
 from vizbot.core.types import SE3
@@ -53,15 +54,14 @@ class Placement:
     def place(
         self,
         elements: ClipElements,
-        Ts_keyframe_cam: NDArray[np.float64],
+        frames: MappedFrames,
         keyframe_poses: Mapping[int, SE3],
     ) -> PlacedElements:
         """Where the elements are now.
 
         Args:
             elements: Those of the previous call, with others behind them.
-            Ts_keyframe_cam: (F, 4, 4) of all frames of the map, each in its keyframe's camera;
-                `elements.frames` are indices of it.
+            frames: Those that the elements were cut from.
             keyframe_poses: T_map_cam of every keyframe.
 
         Raises:
@@ -70,12 +70,12 @@ class Placement:
         moved = self._moved(keyframe_poses)
         again = [block for block in self._blocks if block.keyframe in moved] if moved else []
         if again:
-            rows, points, seen_from = _placed(again, elements, Ts_keyframe_cam, keyframe_poses)
+            rows, points, seen_from = _placed(again, elements, frames, keyframe_poses)
             self._points = self._points.with_changed(rows, points)
             self._seen_from = self._seen_from.with_changed(rows, seen_from)
         fresh = _blocks(elements, len(self._points))
         if fresh:
-            _, points, seen_from = _placed(fresh, elements, Ts_keyframe_cam, keyframe_poses)
+            _, points, seen_from = _placed(fresh, elements, frames, keyframe_poses)
             self._points.add(points)
             self._seen_from.add(seen_from)
         self._blocks += fresh
@@ -95,14 +95,14 @@ class Placement:
 def _placed(
     blocks: Sequence[_Block],
     elements: ClipElements,
-    Ts_keyframe_cam: NDArray[np.float64],
+    frames: MappedFrames,
     keyframe_poses: Mapping[int, SE3],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
     """The rows (M,) of some blocks, their points (M, 3) and where they were seen from (M, 2)."""
     rows = np.concatenate([np.arange(block.start, block.end) for block in blocks])
     points = points_in_map(elements.points_keyframe[rows], elements.keyframes[rows], keyframe_poses)
     cameras = poses_in_map(
-        Ts_keyframe_cam[[block.frame for block in blocks]],
+        frames.Ts_keyframe_cam[frames.rows_of(np.array([block.frame for block in blocks]))],
         np.array([block.keyframe for block in blocks], np.int32),
         keyframe_poses,
     )

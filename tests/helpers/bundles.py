@@ -13,16 +13,19 @@ from mapping.clip.fitted.calibration import (
     ReliabilityBin,
     encoder_hash,
 )
+from mapping.clip.growing_rows import GrowingTable
+from mapping.clip.mapped_frames import MappedFrame, MappedFrames
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.places.evidence import fitted_weights
 from mapping.clip.places.place_rows import PlaceRows
 from mapping.keyframes.anchors import Keyframes, KeyframeViews
 from mapping.map_bundle import MapBundle, save
 from tests.helpers.failing import raising
+from vizbot.core.geometry import planar
 from vizbot.core.types import Intrinsics, OccupancyGrid, PoseEstimate, Tracking
 from vizbot.perception.run_record import RunRecord
 
-GROUPS = ("keyframes", "views", "elements", "places", "cloud", "trajectory")
+GROUPS = ("keyframes", "views", "elements", "places", "frames", "cloud", "trajectory")
 
 
 class Encoder:
@@ -46,6 +49,14 @@ class Snapshot:
         return self._bundle
 
 
+LOOKS_ALONG_X = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
+
+
+def camera(x, y, yaw=0.0):
+    """T_map_cam of a level camera."""
+    return planar(x, y, yaw) @ LOOKS_ALONG_X
+
+
 def random_pose(rng):
     T = np.eye(4)
     T[:3, :3] = Rotation.random(rng=rng).as_matrix()
@@ -57,6 +68,7 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
     """A run whose every third frame is a keyframe, and whose graph moved after it."""
     rng = np.random.default_rng(seed)
     estimates, clip_map, record = [], ClipMap(4), RunRecord()
+    mapped_frames = GrowingTable(MappedFrames.empty())
     for frame in range(frames):
         keyframe, is_keyframe = frame // 3 * 2, frame % 3 == 0
         T_keyframe_cam = np.eye(4) if is_keyframe else random_pose(rng)
@@ -77,10 +89,12 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
             (embeddings / np.linalg.norm(embeddings, axis=1, keepdims=True)).astype(np.float32),
             (corners + np.array([0, 0, 320, 320])).astype(np.int32),
         )
-        clip_map.add(keyframe, T_keyframe_cam, elements, frame)
+        mapped = MappedFrame(frame, keyframe, T_keyframe_cam, 1.7e9 + frame)
+        mapped_frames.add(mapped.row())
+        clip_map.add(mapped, elements)
         if is_keyframe:
             points = rng.normal(size=(7, 3)).astype(np.float32)
-            record.add_points(keyframe, points, rng.integers(0, 256, (7, 3), np.uint8))
+            record.add_points(keyframe, np.eye(4), points, rng.integers(0, 256, (7, 3), np.uint8))
     for estimate in estimates:
         record.add(estimate)
     poses = {e.keyframe: random_pose(rng) for e in estimates}
@@ -99,7 +113,8 @@ def bundle_of(seed=0, frames=6, model_id="embedded"):
         ),
         elements=clip_map.elements,
         statistics=drawn.uniform(0.01, 0.5, (count, 2)).astype(np.float32),
-        places=random_places(drawn, sorted(poses), count),
+        places=random_places(drawn, sorted(poses), count, frames),
+        frames=mapped_frames.rows,
         grid=OccupancyGrid(
             rng.uniform(0, 1, (9, 13)).astype(np.float32).T, 0.05, np.array([-1.25, 0.3])
         ),
@@ -116,7 +131,7 @@ def unit_rows(rng, count):
     return (drawn / np.linalg.norm(drawn, axis=1, keepdims=True)).astype(np.float32)
 
 
-def random_places(rng, keyframes, elements):
+def random_places(rng, keyframes, elements, frames):
     """Two views of places of each element."""
     count = 2 * elements
     return PlaceRows(
@@ -126,6 +141,7 @@ def random_places(rng, keyframes, elements):
         rng.uniform(0, 6, count).astype(np.float32),
         rng.uniform(0, 1, count).astype(np.float32),
         rng.integers(0, 9, count).astype(np.int32),
+        np.sort(rng.integers(0, max(frames, 1), count)).astype(np.int32),
     )
 
 

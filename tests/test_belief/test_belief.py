@@ -3,12 +3,16 @@
 import numpy as np
 import pytest
 
+from mapping.clip.mapped_frames import MappedFrame
 from mapping.clip.places.belief import Belief
 from mapping.clip.places.evidence import LEAST, MOST, Weights, evidence, features, fitted_weights
 from mapping.clip.places.footprint import PLACE, Footprint
 from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.places.place_views import PlaceViews
+from mapping.clip.places.view_age import LATER
 from mapping.clip.scores import NO_PICTURES, Background, Query
+from sim_stubs.world.world_plan import D435I_COLOUR
+from tests.helpers.bundles import camera
 from vizbot.core.geometry import planar
 
 WEIGHTS = Weights(
@@ -17,13 +21,7 @@ WEIGHTS = Weights(
     np.r_[0.0, 0.0, 1.0, np.zeros(5), 0.5, np.zeros(10), -2.0],
 )
 """Weights that count the coarsest patch's log odds alone."""
-LOOKS_ALONG_X = np.array([[0.0, 0, 1, 0], [-1, 0, 0, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 ASKED = Query(np.array([1.0, 0.0], np.float32), (10.0, -5.0))
-
-
-def camera(x, y, yaw=0.0):
-    """T_map_cam of a level camera."""
-    return planar(x, y, yaw) @ LOOKS_ALONG_X
 
 
 def shown(*ranges):
@@ -37,14 +35,15 @@ class Seen:
     """A map that grows by one patch a frame, and a belief of it."""
 
     def __init__(self):
-        self.map = PlaceMap()
+        self.map = PlaceMap(D435I_COLOUR)
         self.embeddings = np.zeros((0, 2), np.float32)
         self.belief = Belief(ASKED, WEIGHTS)
 
-    def look(self, T_map_cam, likeness, *ranges, keyframe=0, T_keyframe_cam=None):
+    def look(self, T_map_cam, likeness, *ranges, keyframe=0, T_keyframe_cam=None, time=0.0):
         row = np.array([[likeness, np.sqrt(1 - likeness**2)]], np.float32)
         T_keyframe_cam = T_map_cam if T_keyframe_cam is None else T_keyframe_cam
-        self.map.add(keyframe, T_keyframe_cam, T_map_cam, shown(*ranges), len(self.embeddings))
+        frame = MappedFrame(len(self.map.frames), keyframe, T_keyframe_cam, time)
+        self.map.add(frame, T_map_cam, shown(*ranges), len(self.embeddings))
         self.embeddings = np.vstack([self.embeddings, row])
 
     def now(self, keyframe_poses=None, belief=None, pictures=NO_PICTURES):
@@ -120,7 +119,6 @@ def test_a_running_question_is_put_to_what_is_new_alone_after_a_loop_closure_too
         seen.look(camera(0, 0.1, 0.6 * i), 0.5, 1.1)
         seen.now(belief=belief)
     seen.now({0: planar(0.5, 1.0, 0.2)}, belief)
-    assert seen.placed.moved == 1
     assert question.elements == [1, 1, 1, 1, 0]
 
 
@@ -134,10 +132,11 @@ def test_an_encoder_with_other_cosines_in_the_same_order_gives_the_same_probabil
     rows = (drawn / np.linalg.norm(drawn, axis=1)[:, None]).astype(np.float32)
     scaled = np.column_stack([rows * np.float32(np.sqrt(a)), np.full(231, np.sqrt(b), np.float32)])
     undone = log_odds and (log_odds[0] / a, log_odds[1] - log_odds[0] * b / a)
-    places = PlaceMap()
+    places = PlaceMap(D435I_COLOUR)
     for i in range(30):
         x, y, yaw = rng.uniform(-3, 3, 3)
-        places.add(0, camera(x, y, yaw), camera(x, y, yaw), shown(*rng.uniform(0.5, 4.0, 3)), i)
+        frame = MappedFrame(i, 0, camera(x, y, yaw), 0.0)
+        places.add(frame, camera(x, y, yaw), shown(*rng.uniform(0.5, 4.0, 3)), i)
     believed = []
     for space, known in ((rows, log_odds), (scaled, undone)):
         elements, phrases, question = space[:30], space[30:230], space[230]
@@ -194,22 +193,13 @@ def test_a_belief_that_grew_with_the_map_is_after_a_loop_closure_what_a_new_one_
         assert of_closed[place] == pytest.approx(values, abs=1e-6)
 
 
-def test_small_moves_within_places_put_nothing_together_again():
-    seen = Seen()
-    seen.look(camera(0, 0.1), 0.9, 1.1)
-    seen.now()
-    seen.now({0: planar(0.001, 0.0, 0.0)})
-    assert seen.placed.moved == 0
-    seen.now({0: planar(0.3, 0.0, 0.0)})
-    assert seen.placed.moved == 1
-
-
 def test_a_view_counts_once_for_each_spot_and_heading():
     seen = Seen()
-    assert seen.map.is_new_view(camera(0.1, 0.1))
+    assert seen.map.is_new_view(camera(0.1, 0.1), 0.0)
     seen.look(camera(0.1, 0.1), 0.9, 1.1)
-    assert not seen.map.is_new_view(camera(0.2, 0.2, 0.1))
-    assert seen.map.is_new_view(camera(0.2, 0.2, 0.6)) and seen.map.is_new_view(camera(0.6, 0.1))
+    assert not seen.map.is_new_view(camera(0.2, 0.2, 0.1), 0.0)
+    assert seen.map.is_new_view(camera(0.2, 0.2, 0.6), 0.0)
+    assert seen.map.is_new_view(camera(0.6, 0.1), 0.0)
 
 
 def test_a_question_that_is_like_many_pictures_is_believed_the_less():
@@ -266,17 +256,18 @@ def test_before_anything_was_seen_nothing_is_believed():
 
 
 def test_places_refer_to_the_elements_of_a_large_map():
-    places = PlaceMap()
-    places.add(0, np.eye(4), camera(0, 0), shown(1.0, 2.0), 1_000_000)
+    places = PlaceMap(D435I_COLOUR)
+    places.add(MappedFrame(0, 0, np.eye(4), 0.0), camera(0, 0), shown(1.0, 2.0), 1_000_000)
     assert (places.rows.elements == 1_000_000).all()
 
 
 def test_a_view_that_showed_no_place_is_still_to_be_taken():
-    places = PlaceMap()
-    places.add(0, np.eye(4), camera(0, 0), Footprint.nothing(), 0)
-    assert places.is_new_view(camera(0, 0))
-    places.add(0, np.eye(4), camera(0, 0), shown(1.0), 0)
-    assert not places.is_new_view(camera(0, 0))
+    places = PlaceMap(D435I_COLOUR)
+    places.add(MappedFrame(0, 0, np.eye(4), 0.0), camera(0, 0), Footprint.nothing(), 0)
+    assert places.is_new_view(camera(0, 0), 1.0)
+    places.add(MappedFrame(1, 0, np.eye(4), 1.0), camera(0, 0), shown(1.0), 0)
+    assert not places.is_new_view(camera(0, 0), 1.0 + LATER - 1.0)
+    assert places.is_new_view(camera(0, 0), 1.0 + LATER)
 
 
 def test_a_place_is_believed_less_where_it_is_more_probably_another_room():

@@ -6,7 +6,6 @@ import numpy as np
 
 from mapping.clip.background.phrases import other_rooms
 from mapping.clip.places.likeliest_places import belief_of_map
-from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import Query
 from tests.helpers.bundles import bundle_of
 from vizbot.config import Config
@@ -60,7 +59,7 @@ def test_what_is_believed_of_a_word_is_what_the_whole_map_gives():
         believed = household.believed(words, bundle, 0, robot)
     for word in words:
         whole = belief_of_map(
-            PlaceMap(bundle.places),
+            bundle.place_map(),
             bundle.keyframes.poses(),
             bundle.elements.embeddings,
             bundle.statistics,

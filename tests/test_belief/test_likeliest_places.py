@@ -5,11 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mapping.clip.mapped_frames import MappedFrame
 from mapping.clip.places.belief import PlaceBelief
 from mapping.clip.places.footprint import PLACE
 from mapping.clip.places.likeliest_places import belief_of_map, likeliest_places
 from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.scores import NO_PICTURES
+from sim_stubs.world.world_plan import D435I_COLOUR
 from tests.test_belief.test_belief import ASKED, WEIGHTS, camera, shown
 from vizbot.core.geometry import planar
 
@@ -27,12 +29,19 @@ def ask(views, likeness, poses=None, first_xy=None):
     return likeliest_places(belief, views, poses, embeddings, SIMPLY_ASKED, first_xy)
 
 
+def look(views, T_map_cam, footprint, first_element):
+    """Add a picture."""
+    views.add(
+        MappedFrame(len(views.frames), 0, T_map_cam, 0.0), T_map_cam, footprint, first_element
+    )
+
+
 @pytest.fixture
 def two_things():
     """A map of one thing that looks like what is asked for, and of one that does not."""
-    views = PlaceMap()
-    views.add(0, camera(0, 0.1), camera(0, 0.1), shown(1.1), 0)
-    views.add(0, camera(0, 3.1), camera(0, 3.1), shown(1.1), 1)
+    views = PlaceMap(D435I_COLOUR)
+    look(views, camera(0, 0.1), shown(1.1), 0)
+    look(views, camera(0, 3.1), shown(1.1), 1)
     return views
 
 
@@ -50,8 +59,8 @@ def test_where_the_robot_has_arrived_comes_first(two_things):
 
 
 def test_places_beside_one_another_are_one_answer():
-    views = PlaceMap()
-    views.add(0, camera(0, 0.1), camera(0, 0.1), shown(1.1, 1.3, 1.6, 2.1), 0)
+    views = PlaceMap(D435I_COLOUR)
+    look(views, camera(0, 0.1), shown(1.1, 1.3, 1.6, 2.1), 0)
     positions = np.array([place.position for place in ask(views, [0.9])])
     away = np.linalg.norm(positions[:, None, :2] - positions[None, :, :2], axis=2)
     assert len(positions) == 2 and away[0, 1] > 0.45
@@ -60,10 +69,10 @@ def test_places_beside_one_another_are_one_answer():
 def test_the_middle_of_a_thing_answers_and_not_a_likelier_place_at_its_edge():
     probabilities = np.zeros((5, 14))
     probabilities[1:4, 1:4], probabilities[1, 1], probabilities[2, 10] = 0.8, 0.85, 0.9
-    views = PlaceMap()
+    views = PlaceMap(D435I_COLOUR)
     shown_at = [((column + 0.5) * PLACE, (row + 0.5) * PLACE) for row, column in SEEN]
     for x, y in shown_at:
-        views.add(0, camera(0, y), camera(0, y), shown(x), 0)
+        look(views, camera(0, y), shown(x), 0)
     seen = np.zeros(probabilities.shape, bool)
     seen[tuple(np.transpose(SEEN))] = True
     nothing = np.zeros(probabilities.shape, np.float32)
@@ -83,4 +92,4 @@ def test_answers_move_with_the_keyframes(two_things):
 
 
 def test_an_empty_map_has_no_places():
-    assert ask(PlaceMap(), []) == []
+    assert ask(PlaceMap(D435I_COLOUR), []) == []

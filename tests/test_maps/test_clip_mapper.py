@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from mapping.clip.config import ClipMapperConfig
+from mapping.clip.mapped_frames import MappedFrame
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.patches import ALL_PIXELS, embed_frame, patch_boxes, patch_points
 from tests.helpers.bundles import random_pose
@@ -165,7 +166,7 @@ def test_a_frame_without_depth_adds_nothing():
         frame_of(np.zeros((480, 640), np.float32)), MeanColour(), ClipMapperConfig()
     )
     clip_map = ClipMap(3)
-    clip_map.add(0, np.eye(4), elements, 0)
+    clip_map.add(MappedFrame(0, 0, np.eye(4), 0.0), elements)
     assert len(clip_map) == 0
     assert clip_map.points_map({}).shape == (0, 3)
 
@@ -177,7 +178,7 @@ def test_elements_follow_their_keyframes_when_the_graph_moves(seed, counts):
     for frame, count in enumerate(counts):
         keyframe, T_keyframe_cam = frame // 2 * 7, random_pose(np.random.default_rng(seed + frame))
         elements = random_elements(count, seed=seed + frame)
-        clip_map.add(keyframe, T_keyframe_cam, elements, frame)
+        clip_map.add(MappedFrame(frame, keyframe, T_keyframe_cam, 0.0), elements)
         added.append((keyframe, T_keyframe_cam, elements.points_cam))
     for moved in (1000, 2000):
         drawn = [np.random.default_rng(seed + moved + keyframe) for keyframe in (0, 7, 14)]
@@ -188,10 +189,10 @@ def test_elements_follow_their_keyframes_when_the_graph_moves(seed, counts):
 
 def test_the_map_keeps_every_row_as_it_grows_and_its_views_do_not_change():
     clip_map, frames = ClipMap(4), [random_elements(25, seed=i) for i in range(40)]
-    clip_map.add(3, np.eye(4), frames[0], 0)
+    clip_map.add(MappedFrame(0, 3, np.eye(4), 0.0), frames[0])
     early, before = clip_map.elements, frames[0].embeddings.copy()
     for index, elements in enumerate(frames[1:], start=1):
-        clip_map.add(3 + index // 10, np.eye(4), elements, index)
+        clip_map.add(MappedFrame(index, 3 + index // 10, np.eye(4), 0.0), elements)
     assert len(clip_map) == 1000
     np.testing.assert_array_equal(early.embeddings, before)
     np.testing.assert_array_equal(
@@ -207,6 +208,6 @@ def test_the_map_keeps_every_row_as_it_grows_and_its_views_do_not_change():
 
 def test_an_element_whose_keyframe_has_no_pose_is_an_error():
     clip_map = ClipMap(4)
-    clip_map.add(5, np.eye(4), random_elements(2), 0)
+    clip_map.add(MappedFrame(0, 5, np.eye(4), 0.0), random_elements(2))
     with pytest.raises(KeyError):
         clip_map.points_map({4: np.eye(4)})

@@ -3,6 +3,7 @@ import pytest
 
 from mapping.clip import growing_rows
 from mapping.clip.growing_rows import GrowingRows
+from mapping.clip.mapped_frames import MappedFrame
 from mapping.clip.mapper import ClipMap, FrameElements
 from tests.helpers.memory import peak_kib
 
@@ -51,10 +52,10 @@ def test_elements_more_move_none_of_those_that_are_there():
     fresh = FrameElements(
         np.zeros((90, 3)), np.zeros((90, 512), np.float32), np.zeros((90, 4), np.int32)
     )
-    clip_map.add(0, np.eye(4), fresh, 0)
+    clip_map.add(MappedFrame(0, 0, np.eye(4), 0.0), fresh)
     before = clip_map.elements
     for frame in range(1, 60):
-        clip_map.add(0, np.eye(4), fresh, frame)
+        clip_map.add(MappedFrame(frame, 0, np.eye(4), 0.0), fresh)
         for name in ("embeddings", "points_keyframe", "keyframes", "frames", "boxes"):
             now = getattr(clip_map.elements, name)
             assert np.shares_memory(getattr(before, name), now)

@@ -57,7 +57,7 @@ def test_the_header_can_be_read_by_people_and_other_programs(tmp_path):
     bundle = bundle_of()
     save(bundle, tmp_path / "home")
     header = json.loads((tmp_path / "home" / "map.json").read_text())
-    assert header["schema_version"] == 5
+    assert header["schema_version"] == 6
     assert header["model_id"] == "embedded"
     assert header["counts"]["elements"] == len(bundle.elements.keyframes)
     assert header["intrinsics"]["fy"] == 601.25
@@ -168,7 +168,7 @@ def test_a_single_wrong_byte_in_the_arrays_is_noticed_and_so_is_their_loss(tmp_p
 def test_a_map_of_another_schema_is_refused_and_may_be_replaced(tmp_path, schema):
     save(bundle_of(), tmp_path / "home")
     change_header(tmp_path / "home", {"schema_version": schema})
-    with pytest.raises(MapError, match=f"schema {schema}, not 5"):
+    with pytest.raises(MapError, match=f"schema {schema}, not 6 or 5"):
         load(tmp_path / "home")
     save(bundle_of(), tmp_path / "home")
     load(tmp_path / "home")

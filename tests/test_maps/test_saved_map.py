@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mapping.clip.mapped_frames import MappedFrame
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.scores import NO_PICTURES
 from mapping.keyframes.anchors import Keyframes
@@ -75,7 +76,7 @@ def test_elements_are_added_to_those_that_are_kept():
     clip_map = ClipMap(4, kept)
     assert len(clip_map) == len(kept.keyframes)
     fresh = FrameElements(np.ones((2, 3)), np.ones((2, 4), np.float32), np.ones((2, 4), np.int32))
-    clip_map.add(7, np.eye(4), fresh, 9)
+    clip_map.add(MappedFrame(9, 7, np.eye(4), 0.0), fresh)
     np.testing.assert_array_equal(clip_map.elements.keyframes[:-2], kept.keyframes)
     np.testing.assert_array_equal(clip_map.elements.frames[-2:], [9, 9])
     np.testing.assert_array_equal(kept.keyframes, bundle_of(3, frames=9).elements.keyframes)

@@ -19,6 +19,7 @@ from vizbot.config import PerceptionConfig
 from vizbot.core.geometry import invert, planar, transform
 from vizbot.core.program.interrupts import ending_on_signals
 from vizbot.core.simulated_clock import SimulatedClock
+from vizbot.perception.interfaces import PerceptionParts
 from vizbot.perception.perception import Perception
 
 
@@ -33,7 +34,8 @@ def test_frames_that_come_while_the_encoder_is_busy_are_counted(mean_colours):
     for i, T_map_base in enumerate(lap(100)[:8]):
         frame = render(T_map_base, 0.15 * i)
         if perception is None:
-            perception = Perception(frame, T_BASE_CAM, mean_colours, clock, config)
+            every = PerceptionParts(every_picture=True)
+            perception = Perception(frame, T_BASE_CAM, mean_colours, clock, config, every)
         perception.embed(frame, perception.update(frame, None))
         clock.sleep(0.15)
     perception.finish()
@@ -57,12 +59,11 @@ def test_a_place_is_of_patches_of_the_frame_that_shows_it(perceive):
     perception = perceive(lap(100)[:30])
     elements, rows = perception.clip_map.elements, perception.places.rows
     assert len(rows) > 50
-    frames = elements.frames[rows.elements]
-    assert (frames == frames[:, :1]).all()
+    assert (elements.frames[rows.elements] == rows.frames[:, None]).all()
     np.testing.assert_array_equal(elements.keyframes[rows.elements[:, 0]], rows.keyframes)
-    poses, estimates = perception.slam.keyframe_poses(), perception.bundle().trajectory
-    for i in range(len(rows)):
-        T_map_cam = poses[int(rows.keyframes[i])] @ estimates.Ts_keyframe_cam[frames[i, 0]]
+    poses, frames = perception.slam.keyframe_poses(), perception.places.frames
+    cameras = frames.Ts_map_cam(poses)[frames.rows_of(rows.frames)]
+    for i, T_map_cam in enumerate(cameras):
         in_map = transform(poses[int(rows.keyframes[i])], rows.points_keyframe[i][None])
         x, y, z = transform(invert(T_map_cam), in_map)[0]
         u0, v0, u1, v1 = elements.boxes[rows.elements[i, 0]]
@@ -101,15 +102,15 @@ def test_an_interrupted_map_can_be_saved(part, method, perceive, signals, monkey
     assert len(kept.trajectory.stamps) >= 2
 
 
-def test_the_same_view_again_adds_elements_and_no_places(perceive):
+def test_the_same_view_again_adds_nothing(perceive):
     seen, stood = [], planar(0.2, 0.2, 0.0)
     perceive(
         [planar(0.0, 0.0, 0.0), planar(0.1, 0.1, 0.0), stood, stood, stood, planar(0.2, 0.2, 0.4)],
         lambda so_far: seen.append((len(so_far.clip_map), len(so_far.places))),
     )
     elements, places = np.array(seen).T
-    assert (np.diff(elements) > 0).all()
-    assert 0 < places[2] == places[3] == places[4] < places[5]
+    for counts in (elements, places):
+        assert 0 < counts[2] == counts[3] == counts[4] < counts[5]
 
 
 @pytest.mark.slow

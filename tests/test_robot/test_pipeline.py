@@ -290,6 +290,7 @@ def test_a_report_says_how_the_encoder_reads_the_words(pipeline_on, monkeypatch)
 def test_a_robot_that_stands_still_with_nothing_to_do_does_not_add_to_its_map(pipeline_on):
     base = ScriptedBase()
     pipeline = pipeline_on(base, colour=(240, 220, 12))
+    pipeline._parts = replace(pipeline._parts, every_picture=True)
     assert len(np.unique(mapped(pipeline, 30).elements.frames)) == 1
     base.drive(Twist(0.5, 0.0))  # by hand
     assert len(np.unique(mapped(pipeline, 5).elements.frames)) == 2

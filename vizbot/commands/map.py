@@ -236,7 +236,7 @@ def _summary(bundle: map_bundle.MapBundle) -> dict[str, object]:
     return {
         "model": bundle.model_id,
         "created": bundle.created.isoformat(timespec="seconds"),
-        "frames": len(bundle.trajectory.stamps),
+        "mapped_frames": len(bundle.frames),
         "path_length": round(float(np.linalg.norm(steps, axis=1).sum()), 2),
         "keyframes": len(bundle.keyframes.ids),
         "elements": len(bundle.elements.keyframes),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import cache, partial
 from math import radians
 from typing import TYPE_CHECKING
@@ -14,12 +15,14 @@ from numpy.typing import NDArray
 from mapping.calibration.floor_level import estimate_mount
 from mapping.clip.fitted.encoder import calibration_of
 from mapping.clip.growing_rows import GrowingRows
+from mapping.clip.mapped_frames import MappedFrame
 from mapping.clip.mapper import ClipMap, FrameElements
 from mapping.clip.patches import embed_frame
 from mapping.clip.placement import PlacedElements, Placement
 from mapping.clip.places.belief import Belief, PlaceBelief
 from mapping.clip.places.footprint import Footprint, footprint
 from mapping.clip.places.place_rows import PlaceMap
+from mapping.clip.places.view_age import LATER
 from mapping.clip.scores import NO_PICTURES, NO_STATISTICS, Background
 from mapping.map_bundle import MapBundle
 from mapping.map_snapshot import MapSnapshot
@@ -56,19 +59,19 @@ class _Embedded:
     Attributes:
         elements: The frame's elements.
         statistics: (M, 2) statistics of the elements, as in `Background.statistics`.
-        footprint: Places that the patches show; None where the view is not a new one.
+        footprint: Places that the patches show.
     """
 
     elements: FrameElements
     statistics: NDArray[np.float32]
-    footprint: Footprint | None
+    footprint: Footprint
 
 
 class Perception:
     """The three maps of one run, all anchored to the keyframes of one pose graph.
 
     Attributes:
-        places: The views of places that the frames gave so far.
+        places: The frames that were mapped so far, and the views of places that they gave.
         embedded: Number of frames whose embedding has begun.
         skipped: Number of frames that were left out because the encoder was still busy.
     """
@@ -119,7 +122,7 @@ class Perception:
         self.clip_map = ClipMap(
             encoder.dimension, None if saved_map is None else saved_map.elements
         )
-        self.places = PlaceMap(None if saved_map is None else saved_map.places)
+        self.places = PlaceMap(first.intrinsics) if saved_map is None else saved_map.place_map()
         background = parts.background or cache(partial(Background.embedded_by, encoder))
         statistics, self._pictures = NO_STATISTICS, NO_PICTURES
         if saved_map is not None and saved_map.statistics is not None and len(saved_map.pictures):
@@ -130,16 +133,24 @@ class Perception:
         self._statistics = GrowingRows(statistics)
         self._placement = Placement()
         self._encoder, self._background = encoder, background
-        self._patch_spreads = parts.patch_spreads
+        self._patch_spreads, self._every_picture = parts.patch_spreads, parts.every_picture
         self._clock = clock
         self._config = config
         self._intrinsics = first.intrinsics
         self._record = RunRecord()
+        newest = -np.inf
         if saved_map is not None:
             self._record = RunRecord.going_on(
-                saved_map.trajectory, saved_map.cloud, saved_map.keyframes, before=first.stamp
+                saved_map.trajectory,
+                saved_map.cloud,
+                saved_map.keyframes,
+                before=first.stamp,
+                frames=int(saved_map.frames.numbers.max(initial=-1)) + 1,
             )
-        self._embedding: tuple[int, PoseEstimate, Pending[_Embedded]] | None = None
+            newest = float(saved_map.frames.times.max(initial=newest))
+        # A later run counts as one also where the computer's clock was set back.
+        self._began = max(datetime.now(UTC).timestamp(), newest + LATER) - first.stamp
+        self._embedding: tuple[MappedFrame, SE3, Pending[_Embedded]] | None = None
         self._T_map_embedded: SE3 | None = None
         self._encoder_fails = False
         self.embedded = self.skipped = 0
@@ -155,7 +166,7 @@ class Perception:
         `lifted`: the robot hangs in the air.
         """
         with holding_interrupts():
-            if lifted and len(self._record):
+            if lifted and self._record.frames:
                 estimate = self.slam.lift(frame.stamp)
             else:
                 estimate = self.slam.track(frame, T_odom_base)
@@ -169,14 +180,14 @@ class Perception:
                     frame.intrinsics,
                 )
                 if estimate.is_keyframe:
-                    self._add_to_cloud(estimate.keyframe, frame)
+                    self._add_to_cloud(estimate, frame)
             self.depth_mapper.follow(self.slam.keyframe_poses())
         return estimate
 
     @property
     def frame(self) -> int:
         """Index of the newest frame."""
-        return len(self._record) - 1
+        return self._record.frames - 1
 
     def finish(self) -> None:
         """Wait for the embedding that is still under way."""
@@ -216,7 +227,7 @@ class Perception:
 
     def _placed(self) -> PlacedElements:
         return self._placement.place(
-            self.clip_map.elements, self._record.Ts_keyframe_cam, self.slam.keyframe_poses()
+            self.clip_map.elements, self.places.frames, self.slam.keyframe_poses()
         )
 
     def snapshot(self) -> MapSnapshot:
@@ -232,6 +243,7 @@ class Perception:
             statistics=self.statistics,
             pictures=self.pictures,
             places=self.places.rows,
+            frames=self.places.frames,
             grid=self.grid(),
             cloud=self._record.cloud,
             trajectory=self._record.trajectory,
@@ -246,14 +258,19 @@ class Perception:
     def embed(self, frame: RGBDFrame, estimate: PoseEstimate, *, standing: bool = False) -> None:
         """Add the newest frame to the CLIP map, if its pose is known and the encoder is free.
 
-        `frame` is what `update` had last. Where the robot waits, `standing`, a frame from where the
-        previous one was taken is left out, so that the map does not grow.
+        `frame` is what `update` had last. A frame whose view is not new shows nothing new and is
+        left out, so that the map does not grow. Where every picture is wanted, only one from where
+        the previous one was taken is left out, while the robot waits, `standing`.
         """
         # Not with every frame: a simulated clock waits here for an encoder that is slower.
         self._collect()
         if estimate.tracking is Tracking.LOST:
             return
-        if standing and not _shows_more(self._T_map_embedded, estimate.T_map_cam):
+        T_map_cam, taken = estimate.T_map_cam, self._began + frame.stamp
+        if self._every_picture:
+            if standing and not _shows_more(self._T_map_embedded, T_map_cam):
+                return
+        elif not self.places.is_new_view(T_map_cam, taken):
             return
         if not _shows_something(frame.rgb):
             log.info("a picture that is burnt out is not mapped")
@@ -262,26 +279,23 @@ class Perception:
             self.skipped += 1
             return
         self.embedded += 1
-        T_map_cam, is_new = estimate.T_map_cam, self.places.is_new_view(estimate.T_map_cam)
         pending = self._clock.start(
-            lambda: self._embedded_of(frame, T_map_cam if is_new else None),
-            self._config.embedding_latency,
+            lambda: self._embedded_of(frame, T_map_cam), self._config.embedding_latency
         )
-        self._embedding = (len(self._record) - 1, estimate, pending)
+        mapped = MappedFrame(self.frame, estimate.keyframe, estimate.T_keyframe_cam, taken)
+        self._embedding = (mapped, T_map_cam, pending)
         self._collect()
 
-    def _embedded_of(self, frame: RGBDFrame, T_map_new: SE3 | None) -> _Embedded:
-        """Embed a frame; `T_map_new` is where it was taken, None where its view is no new one."""
+    def _embedded_of(self, frame: RGBDFrame, T_map_cam: SE3) -> _Embedded:
+        """Embed a frame that was taken at `T_map_cam`."""
         elements = embed_frame(frame, self._encoder, self._config.clip_mapper, self._patch_spreads)
-        shown = None
-        if T_map_new is not None:
-            shown = footprint(frame.depth, frame.intrinsics, T_map_new, elements.boxes)
+        shown = footprint(frame.depth, frame.intrinsics, T_map_cam, elements.boxes)
         return _Embedded(elements, self._background().statistics(elements.embeddings), shown)
 
     def _collect(self, wait: bool = False) -> None:
         if self._embedding is None:
             return
-        index, estimate, pending = self._embedding
+        frame, T_map_cam, pending = self._embedding
         if wait or pending.ready():
             self._embedding = None
             try:
@@ -291,21 +305,17 @@ class Perception:
                 return
             self._log_encoder(None)
             with holding_interrupts():  # else the parts of the map would not fit together
-                self._add(embedded, estimate, index)
-            self._T_map_embedded = estimate.T_map_cam
+                self._add(embedded, frame, T_map_cam)
+            self._T_map_embedded = T_map_cam
 
-    def _add(self, embedded: _Embedded, estimate: PoseEstimate, index: int) -> None:
-        """Add what was embedded of the frame with this index."""
-        keyframe, T_keyframe_cam = estimate.keyframe, estimate.T_keyframe_cam
-        if embedded.footprint is not None:
-            self.places.add(
-                keyframe,
-                T_keyframe_cam,
-                estimate.T_map_cam,
-                embedded.footprint,
-                first_element=len(self.clip_map),
-            )
-        self.clip_map.add(keyframe, T_keyframe_cam, embedded.elements, index)
+    def _add(self, embedded: _Embedded, frame: MappedFrame, T_map_cam: SE3) -> None:
+        """Add what was embedded of a frame that was taken at `T_map_cam`."""
+        is_new = self.places.is_new_view(T_map_cam, frame.time)
+        shown = embedded.footprint if is_new else Footprint.nothing()
+        if len(shown.shares) == 0 and not self._every_picture:
+            return
+        self.places.add(frame, T_map_cam, shown, first_element=len(self.clip_map))
+        self.clip_map.add(frame, embedded.elements)
         self._statistics.add(embedded.statistics)
         self._pictures = self._background().pictures
 
@@ -317,12 +327,12 @@ class Perception:
             log.warning("the encoder works again")
         self._encoder_fails = error is not None
 
-    def _add_to_cloud(self, keyframe: int, frame: RGBDFrame) -> None:
+    def _add_to_cloud(self, estimate: PoseEstimate, frame: RGBDFrame) -> None:
         stride = self._config.cloud_stride
         points = back_project(frame.depth, frame.intrinsics)[::stride, ::stride].reshape(-1, 3)
         rgb = frame.rgb[::stride, ::stride].reshape(-1, 3)
         near = (points[:, 2] > 0.0) & (points[:, 2] < self._config.cloud_range)
-        self._record.add_points(keyframe, points[near], rgb[near])
+        self._record.add_points(estimate.keyframe, estimate.T_map_cam, points[near], rgb[near])
 
     def base_of(self, estimate: PoseEstimate) -> SE3:
         """T_map_base at an estimate."""

@@ -29,8 +29,9 @@ class Sightings:
     @classmethod
     def from_bundle(cls, bundle: MapBundle, similarities: NDArray[np.float32]) -> Sightings:
         """The elements of a saved map with their similarities (N,)."""
-        cameras = bundle.final_poses()[:, :2, 3]
-        return cls(bundle.element_points(), similarities, cameras[bundle.elements.frames])
+        cameras = bundle.frames.Ts_map_cam(bundle.keyframes.poses())[:, :2, 3]
+        frame_of = bundle.frames.rows_of(bundle.elements.frames)
+        return cls(bundle.element_points(), similarities, cameras[frame_of])
 
     def answers(self, first: int | None = None) -> tuple[int, ...]:
         """Indices of the elements that answer a question to the whole map, the most similar first.

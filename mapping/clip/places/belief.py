@@ -1,8 +1,8 @@
 """Belief: for every place seen so far, the probability that it is what is asked for.
 
 It is kept up to date with a growing map: only new elements are scored and only new views are
-weighed. Where a loop closure moves views to other places, all views are put together again, which
-gives the same as a belief that begins with the whole map. A place that is more probably another
+weighed, and what stays of a question is the evidence of each view. All views that count are put
+together anew each time, so that views may move, and grow old. A place that is more probably another
 room is believed less.
 """
 
@@ -61,10 +61,8 @@ class Belief:
         self._question, self._weights = question, weights
         self._room = room or len(question.rivals) > 0
         self._elements = 0
-        self._evidence = GrowingRows(np.zeros(0, np.float32))
-        self._likeness = GrowingRows(np.zeros(0, np.float32))
-        self._views = PlaceViews()
-        self._moved = 0
+        self._evidence = GrowingRows(np.zeros(0, np.float16))
+        self._likeness = GrowingRows(np.zeros(0, np.float16))
         rivals = (Query(each, question.log_odds) for each in question.rivals)
         self._rivals = [Belief(each, weights, room=True) for each in rivals]
 
@@ -93,33 +91,32 @@ class Belief:
         patches = patches - first
         tail = self._question.tail(pictures)
         found = features(scores, patches, ranges, rows.shares[weighed:], tail)
-        self._evidence.add(evidence(found, ranges, weights.near, weights.far))
-        self._likeness.add(scores[patches[:, 2], 1])
-        if placed.moved != self._moved:
-            self._moved, weighed = placed.moved, 0
-            self._views.clear()
-        self._views.add(
-            placed.places[weighed:],
-            self._evidence.rows[weighed:],
-            self._likeness.rows[weighed:],
-            rows.ranges[weighed:],
-            rows.spots[weighed:].astype(np.int64),
-            placed.cameras_xy[weighed:],
-            placed.heights[weighed:],
-        )
-        believed = self._believed()
+        self._evidence.add(evidence(found, ranges, weights.near, weights.far).astype(np.float16))
+        self._likeness.add(scores[patches[:, 2], 1].astype(np.float16))
+        believed = self._believed(rows, placed)
         others = [
             each.update(embeddings, statistics, pictures, rows, placed) for each in self._rivals
         ]
         return against_rivals(believed, others)
 
-    def _believed(self) -> PlaceBelief:
-        views = self._views
+    def _believed(self, rows: PlaceRows, placed: PlacedRows) -> PlaceBelief:
+        views = PlaceViews()
+        valid = np.flatnonzero(~placed.outdated) if placed.outdated.any() else slice(None)
+        views.add(
+            placed.places[valid],
+            self._evidence.rows[valid].astype(np.float32),
+            self._likeness.rows[valid].astype(np.float32),
+            rows.ranges[valid],
+            rows.spots[valid].astype(np.int64),
+            placed.cameras_xy[valid],
+            placed.heights[valid],
+        )
         odds = views.features(self._room) @ self._weights.join
         probabilities = np.where(views.seen, 1.0 / (1.0 + np.exp(-np.clip(odds, -30.0, 30.0))), 0.0)
         seen_from = views.seen_from.astype(np.float64)
-        low, heights = views.low.copy(), views.heights.copy()
-        return PlaceBelief(low, probabilities, views.likeness, views.seen, seen_from, heights)
+        return PlaceBelief(
+            views.low, probabilities, views.likeness, views.seen, seen_from, views.heights.copy()
+        )
 
 
 def against_rivals(believed: PlaceBelief, rivals: Sequence[PlaceBelief]) -> PlaceBelief:

@@ -16,6 +16,8 @@ from mapping.clip.scores import Query
 from mapping.keyframes.anchors import points_in_map
 from vizbot.core.types import SE3
 
+_NOWHERE = np.iinfo(np.int64).min
+"""Stands for the place of a view that counts no longer."""
 MOST = 5
 """A question to a whole map has at most this number of answers."""
 APART = 0.8
@@ -35,11 +37,13 @@ class LikelyPlace:
         position: (3,) of what a view shows there, in `map` [m].
         probability: Probability that it is what is asked for.
         element: Row of the map's element that shows it best.
+        seen_at: When it was last seen, UTC [s since 1970].
     """
 
     position: NDArray[np.float64]
     probability: float
     element: int
+    seen_at: float
 
 
 def belief_of_map(
@@ -78,7 +82,8 @@ def likeliest_places(
     Arrays and poses are as for `belief_of_map`; `first_xy` (2,) in `map` [m] comes before all
     others.
     """
-    rows, places = views.rows, views.placed(keyframe_poses).places
+    rows, placed, frames = views.rows, views.placed(keyframe_poses), views.frames
+    places = np.where(placed.outdated[:, None], _NOWHERE, placed.places)
     row_of, column_of = np.nonzero(belief.seen)
     if len(row_of) == 0:
         return []
@@ -102,5 +107,7 @@ def likeliest_places(
         position = points_in_map(rows.points_keyframe[view], rows.keyframes[view], keyframe_poses)[
             0
         ]
-        found.append(LikelyPlace(position, float(probabilities[i]), int(elements[row, scale])))
+        seen_at = float(frames.times[frames.rows_of(rows.frames[there[-1:]])][0])
+        probability, element = float(probabilities[i]), int(elements[row, scale])
+        found.append(LikelyPlace(position, probability, element, seen_at))
     return found

@@ -53,10 +53,6 @@ class PlaceViews:
         """Rows and columns of places."""
         return self._places.shape[0], self._places.shape[1]
 
-    def clear(self) -> None:
-        """Forget all views; the part of the plan stays."""
-        self._places = _blank(self.shape)
-
     def add(
         self,
         places: NDArray[np.int64],

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.clip.places.belief import Belief, PlaceBelief, against_rivals
-from mapping.clip.places.place_rows import PlacedRows, PlaceMap
+from mapping.clip.places.place_rows import PlacedRows
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
 from vizbot.core.errors import ConfigError
@@ -31,7 +31,6 @@ class HouseholdBeliefs:
         self._questions: dict[str, Query | None] = {}
         self._beliefs: dict[tuple[bytes, bool], Belief] = {}
         self._places: NDArray[np.int64] = np.zeros((0, 2), np.int64)
-        self._moved = 0
 
     def __len__(self) -> int:
         """Number of beliefs that are kept."""
@@ -50,8 +49,7 @@ class HouseholdBeliefs:
     def in_view(self, bundle: MapBundle, number: int, pipeline: Pipeline) -> list[str]:
         """The words for the newest picture in the run's map `number`, the likeliest first."""
         best: dict[str, float] = {}
-        frames = bundle.elements.frames[bundle.places.elements[:, 0]]
-        newest = frames == frames.max(initial=-1)
+        newest = bundle.places.frames == bundle.places.frames.max(initial=-1)
         with self._lock:
             for text, belief in self._updated(HOUSEHOLD, bundle, number, pipeline):
                 shown = (self._places[newest] - belief.low).T[::-1]
@@ -74,14 +72,10 @@ class HouseholdBeliefs:
         self, words: Sequence[str], bundle: MapBundle, number: int, pipeline: Pipeline
     ) -> Iterator[tuple[str, PlaceBelief]]:
         """Each word that the encoder has a name for, with what is believed of it now."""
-        placed = PlaceMap(bundle.places).placed(bundle.keyframes.poses())
-        places, known = placed.places, len(self._places)
-        if number != self._map or len(places) < known:
+        placed = bundle.place_map().placed(bundle.keyframes.poses())
+        if number != self._map or len(placed.places) < len(self._places):
             self._map, self._questions, self._beliefs = number, {}, {}
-        elif not np.array_equal(places[:known], self._places):
-            self._moved += 1
-        self._places = places
-        placed = replace(placed, moved=self._moved)
+        self._places = placed.places
         rooms: dict[bytes, PlaceBelief] = {}
 
         def of_room(embedding: NDArray[np.float32], asked: Query) -> PlaceBelief:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from mapping.clip.places.belief import PlaceBelief
 from mapping.clip.places.footprint import PLACE
 from mapping.clip.places.likeliest_places import belief_of_map, likeliest_places
-from mapping.clip.places.place_rows import PlaceMap
 from mapping.clip.retrieval import best, similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
@@ -124,7 +123,7 @@ def _likeliest(bundle: MapBundle, question: Query) -> list[FoundPlace]:
     """The most probable places."""
     likeliest = likeliest_places(
         belief_in(bundle, question),
-        PlaceMap(bundle.places),
+        bundle.place_map(),
         bundle.keyframes.poses(),
         bundle.elements.embeddings,
         question,
@@ -136,7 +135,7 @@ def belief_in(bundle: MapBundle, question: Query) -> PlaceBelief:
     """The probability that each place of a map with its background is what is asked for."""
     assert bundle.statistics is not None
     return belief_of_map(
-        PlaceMap(bundle.places),
+        bundle.place_map(),
         bundle.keyframes.poses(),
         bundle.elements.embeddings,
         bundle.statistics,

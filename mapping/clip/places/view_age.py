@@ -1,0 +1,133 @@
+"""Which views of places count no longer, since newer ones tell of the same.
+
+A picture of long ago gives way to one that was taken from the same spot with the same heading. What
+it showed of a place gives way, too, where two later pictures looked there from near and had the
+very point in view: then they show the thing, or that it has gone. All of it follows from poses and
+times alone, so that a loop closure needs no account of what was forgotten before.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vizbot.core.program.kernels import kernel
+from vizbot.core.types import SE3, Intrinsics
+
+LATER = 300.0
+"""A picture this much later than another one is news of what both show [s]."""
+SPOT = 0.5
+"""Edge of a spot, a cell of the plan on which the camera stands [m]."""
+HEADINGS = 12
+"""Headings of the camera on a spot that count as different views."""
+_NEAR_LOOK = 3.0
+"""Looks from within this distance tell what a place shows today [m]."""
+
+
+def view_of(T_map_cam: SE3) -> tuple[int, int, int]:
+    """Column and row of the spot on which a picture was taken, and the number of its heading."""
+    column, row, turn = _views_of(T_map_cam[None])[0].tolist()
+    return column, row, turn
+
+
+def _views_of(Ts_map_cam: NDArray[np.float64]) -> NDArray[np.int64]:
+    """The same (F, 3) of many pictures (F, 4, 4)."""
+    spots = np.floor(Ts_map_cam[:, :2, 3] / SPOT)
+    headings = np.arctan2(Ts_map_cam[:, 1, 2], Ts_map_cam[:, 0, 2])
+    turns = np.round(headings / (2 * np.pi / HEADINGS)) % HEADINGS
+    return np.column_stack([spots, turns]).astype(np.int64)
+
+
+def outdated_rows(
+    places: NDArray[np.int64],
+    points: NDArray[np.float32],
+    ranges: NDArray[np.float32],
+    frame_of: NDArray[np.intp],
+    Ts_map_cam: NDArray[np.float64],
+    times: NDArray[np.float64],
+    intrinsics: Intrinsics,
+) -> NDArray[np.bool_]:
+    """Which views of places (R,) count no longer.
+
+    Args:
+        places: (R, 2) column, row of the place that each shows.
+        points: (R, 3) of what each shows there, in `map` [m].
+        ranges: (R,) distance of the place from the camera on the plan [m].
+        frame_of: (R,) row of the frame that each is of, not falling.
+        Ts_map_cam: (F, 4, 4) where the frames were taken.
+        times: (F,) when, not falling [s].
+        intrinsics: Of the camera.
+    """
+    outdated = np.zeros(len(places), np.bool_)
+    if len(places) == 0 or times[frame_of[-1]] - times[frame_of[0]] < LATER:
+        return outdated
+    low = places.min(axis=0)
+    span = int(places[:, 0].max() - low[0]) + 1
+    keys = (places[:, 1] - low[1]) * span + places[:, 0] - low[0]
+    order = np.argsort(keys, kind="stable")
+    starts = np.flatnonzero(np.diff(keys[order], prepend=-1, append=-1) != 0)
+    c = intrinsics
+    edges = np.array([[-c.cx, c.width - c.cx], [-c.cy, c.height - c.cy]])
+    field = edges / np.array([[c.fx], [c.fy]])
+    _mark_looked_twice(order, starts, points, ranges, frame_of, Ts_map_cam, times, field, outdated)
+    return outdated | _retaken(frame_of, Ts_map_cam, times)[frame_of]
+
+
+def _retaken(
+    frame_of: NDArray[np.intp], Ts_map_cam: NDArray[np.float64], times: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Which frames (F,) were taken again later; frames that show no place are none again."""
+    shows = np.flatnonzero(np.bincount(frame_of, minlength=len(times)))
+    _, view = np.unique(_views_of(Ts_map_cam[shows]), axis=0, return_inverse=True)
+    last = np.full(len(times), -np.inf)
+    np.maximum.at(last, view.ravel(), times[shows])
+    retaken = np.zeros(len(times), np.bool_)
+    retaken[shows] = times[shows] + LATER <= last[view.ravel()]
+    return retaken
+
+
+@kernel(
+    "void(i8[::1], i8[::1], f4[:,::1], f4[::1], i8[::1], f8[:,:,::1], f8[::1], f8[:,::1], b1[::1])"
+)
+def _mark_looked_twice(
+    order: NDArray[np.int64],
+    starts: NDArray[np.int64],
+    points: NDArray[np.float32],
+    ranges: NDArray[np.float32],
+    frame_of: NDArray[np.int64],
+    Ts_map_cam: NDArray[np.float64],
+    times: NDArray[np.float64],
+    field: NDArray[np.float64],
+    outdated: NDArray[np.bool_],
+) -> None:
+    """Mark the rows at whose point two later frames looked from near.
+
+    `order` (R,) sorts the rows by place, `starts` says where each place begins in it and where the
+    last one ends; `field` (2, 2) is the camera's view: least and most x / z, and y / z.
+    """
+    for place in range(len(starts) - 1):
+        for i in order[starts[place] : starts[place + 1]]:
+            looks, before = 0, -1
+            for k in range(starts[place + 1] - 1, starts[place] - 1, -1):
+                j = order[k]
+                frame = frame_of[j]
+                if times[frame] < times[frame_of[i]] + LATER:
+                    break
+                if ranges[j] > _NEAR_LOOK or frame == before:
+                    continue
+                T = Ts_map_cam[frame]
+                x, y, z = 0.0, 0.0, 0.0
+                for axis in range(3):
+                    off = points[i, axis] - T[axis, 3]
+                    x += T[axis, 0] * off
+                    y += T[axis, 1] * off
+                    z += T[axis, 2] * off
+                if (
+                    z > 0.0
+                    and field[0, 0] * z <= x <= field[0, 1] * z
+                    and field[1, 0] * z <= y <= field[1, 1] * z
+                ):
+                    looks, before = looks + 1, frame
+                    if looks == 2:
+                        outdated[i] = True
+                        break
