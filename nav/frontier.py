@@ -138,7 +138,12 @@ def _unseen_from_any(
 class FrontierSearch:
     """Drives from frontier to frontier, and keeps the explored area.
 
+    A robot that explores a saved map looks at all of it again, since a home changes; one that
+    searches in it need not.
+
     Attributes:
+        explored: What was in view, in earlier runs of the map, too.
+        looked_at: What was in view in this run.
         frontiers_xy: (F, 2) a point on each frontier with enough gain, in `map` [m], as of the last
             search for one.
         seen_share: Share of the floor that was seen, 0 to 1, as of that search; None before one.
@@ -147,7 +152,7 @@ class FrontierSearch:
 
     def __init__(self, config: FrontierConfig) -> None:
         self._config = config
-        self.explored = ExploredArea()
+        self.explored = self.looked_at = ExploredArea()
         self.frontiers_xy = np.zeros((0, 2))
         self.seen_share: float | None = None
         self.barred_xy = np.zeros((0, 2))
@@ -156,8 +161,21 @@ class FrontierSearch:
 
     def look(self, grid: OccupancyGrid, T_map_base: SE3, robot_radius: float) -> None:
         """Add what is in view to the explored area; call with every frame that is in the map."""
+        self._add_view(self.explored, grid, T_map_base, robot_radius)
+        if self.looked_at is not self.explored:
+            self._add_view(self.looked_at, grid, T_map_base, robot_radius)
+
+    def remember(self, grid: OccupancyGrid, T_map_base: SE3, robot_radius: float) -> None:
+        """Add what was in view in an earlier run; call it before `look`."""
+        if self.looked_at is self.explored:
+            self.looked_at = ExploredArea()
+        self._add_view(self.explored, grid, T_map_base, robot_radius)
+
+    def _add_view(
+        self, area: ExploredArea, grid: OccupancyGrid, T_map_base: SE3, robot_radius: float
+    ) -> None:
         config = self._config
-        self.explored.add_view(
+        area.add_view(
             grid,
             T_map_base,
             config.field_of_view,
@@ -183,13 +201,13 @@ class FrontierSearch:
         """
         config = self._config
         reach = Reach(distance=config.stand_off, extent=grid.resolution)
-        explored = self.explored.mask_on(grid)
+        explored = self.looked_at.mask_on(grid)
         points_xy, to_see = self._worthwhile(grid, explored, navigator.costmap)
         self.frontiers_xy = points_xy
         while True:
             open_ones = self._are_open(points_xy)
             points_xy, to_see = points_xy[open_ones], to_see[open_ones]
-            self.count_left(grid, points_xy, navigator.costmap)
+            self._count_left(grid, explored, points_xy, navigator.costmap)
             costs = self._costs(points_xy, to_see, T_map_base)
             goals = GoalPoints(points_xy, costs)
             navigation = navigate(costmap, goals, T_map_base, reach, navigator, previous)
@@ -221,7 +239,16 @@ class FrontierSearch:
 
         `points_xy` (F, 2) in `map` [m] are the frontiers that are left, without those out of reach.
         """
-        explored, reach = self.explored.mask_on(grid), self._config.gain_reach
+        self._count_left(grid, self.explored.mask_on(grid), points_xy, costmap)
+
+    def _count_left(
+        self,
+        grid: OccupancyGrid,
+        explored: NDArray[np.bool_],
+        points_xy: NDArray[np.float64],
+        costmap: CostmapConfig,
+    ) -> None:
+        reach = self._config.gain_reach
         free = int(np.count_nonzero(grid.occupancy <= costmap.free_threshold))
         occupied = int(np.count_nonzero(grid.occupancy >= costmap.occupied_threshold))
         floor = free / max(free + occupied, 1)

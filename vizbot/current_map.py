@@ -115,13 +115,13 @@ class CurrentMap:
     def begin(self, perception: Perception) -> None:
         """Set the maps that the first frame begins.
 
-        What a saved map shows counts as explored.
+        What a saved map shows counts as seen, but for an exploration.
         """
         self._perception = perception
         if self.saved is not None:
             grid, T_cam_base = perception.grid(), invert(self.saved.T_base_cam)
             for T_map_cam in self.saved.final_poses():
-                self.exploration.look(grid, T_map_cam @ T_cam_base)
+                self.exploration.remember(grid, T_map_cam @ T_cam_base)
 
     def grid(self) -> OccupancyGrid:
         """The obstacle map with the zones that are forbidden."""

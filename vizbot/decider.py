@@ -146,5 +146,5 @@ class Decider:
         if navigation is not None and aim_xy is None:
             distant = navigation.goal is None  # the robot drives to where the map ends
             aim_xy = navigation.path[-1] if distant else navigation.goal_xy
-        seen, now = current.exploration.seen(grid), self._clock.now()
-        return guard.instead_of(decision, task, aim_xy, T_map_base, seen, now)
+        seen = current.exploration.seen(grid, exploring=task is Task.EXPLORE)
+        return guard.instead_of(decision, task, aim_xy, T_map_base, seen, self._clock.now())

@@ -124,7 +124,7 @@ def run_drive(drive: FaultDrive) -> FaultDriveResult:
             observer,
             FaultyObserver(LogObserver(schedule, clock.now), schedule),
         ]
-        parts = PerceptionParts(slam=WheelPoses(mount))
+        parts = PerceptionParts(slam=WheelPoses(mount), every_pose=True)
         pipeline = Pipeline(devices, encoder, config, observers, parts)
         with limit_wall_time(_HUNG):
             _, reported, crash = run_to_end(

@@ -164,7 +164,9 @@ def _mapped(
 ) -> tuple[MapBundle, NDArray[np.bool_]]:
     """The map of a recording by the robot's own SLAM or another one, and which frames it posed."""
     with opened_devices(config, str(sequence), "none") as devices:
-        pipeline = Pipeline(devices, encoder, config, [], PerceptionParts(slam=slam))
+        pipeline = Pipeline(
+            devices, encoder, config, [], PerceptionParts(slam=slam, every_pose=True)
+        )
         known = []
         while (step := pipeline.tick(Task.MAP)) is not None:
             known.append(step.estimate.tracking is not Tracking.LOST)

@@ -83,7 +83,7 @@ def test_a_robot_whose_clocks_jump_by_hours_stops_in_time_and_keeps_its_map(
     launched.communicate(timeout=DEADLINE)
     assert launched.returncode == 0
     stamps = map_bundle.load(tmp_path / "run/map").trajectory.stamps
-    assert len(stamps) > 3 and np.diff(stamps).min() > 0.0
+    assert len(stamps) > 1 and np.diff(stamps).min() > 0.0
     assert np.ptp(stamps) < time.monotonic() - began
     times = [line[:19] for line in (tmp_path / "run/vizbot.log").read_text().splitlines()]
     assert times != sorted(times)  # or the clock did not jump

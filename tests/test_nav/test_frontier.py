@@ -178,6 +178,16 @@ def test_in_a_room_the_robot_turns_to_see_it_and_is_done(room):
     assert way < 3.0
 
 
+def test_a_robot_that_remembers_a_room_looks_at_it_again_and_searches_elsewhere(room):
+    search = FrontierSearch(CONFIG)
+    for yaw in np.arange(0.0, 2 * np.pi, 0.5):
+        search.remember(room, planar(2.5, 2.0, yaw), RADIUS)
+    assert len(search.options(room, NAVIGATOR.costmap, 2.5)[0]) == 0
+    _, _, turned = explored(room, planar(2.5, 2.0, 0.0), search)
+    assert turned > np.pi
+    assert search.looked_at.mask_on(room).sum() > 2000
+
+
 def test_two_rooms_are_explored_one_after_the_other(room):
     room.occupancy[11:69, 49:51] = 0.9
     room.occupancy[30:48, 49:51] = 0.1

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import sys
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
@@ -52,12 +52,14 @@ def build(options: MapBuildOptions) -> None:
     with opened_devices(config, str(sequence), "none", recording) as devices:
         from vizbot.commands.progress import Progress, parts_with_bank, say_calibration
         from vizbot.mission import watch
+        from vizbot.perception.interfaces import PerceptionParts
         from vizbot.pipeline import Pipeline
 
         file = Path(config.clip_calibration) if config.clip_calibration else None
         encoder = calibrated(open_encoder(config.clip, config.device, config.half), file)
         say_calibration(encoder, config.clip)
-        parts = parts_with_bank(encoder)
+        parts = parts_with_bank(encoder) or PerceptionParts()
+        parts = replace(parts, every_pose=True)
         with Progress() as progress:
             pipeline = Pipeline(devices, encoder, config, [progress, frames], parts)
             watch(pipeline, [])

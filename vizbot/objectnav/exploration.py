@@ -29,9 +29,17 @@ class Exploration:
         """Mark what the camera sees from `T_map_base` as explored."""
         self.frontiers.look(grid, T_map_base, self._config.navigator.costmap.robot_radius)
 
-    def seen(self, grid: OccupancyGrid) -> float:
-        """How much floor was looked at so far [m^2]."""
-        return self.frontiers.explored.area(grid.resolution)
+    def remember(self, grid: OccupancyGrid, T_map_base: SE3) -> None:
+        """Mark what the camera saw from `T_map_base` in an earlier run of the map.
+
+        A search counts it as seen; an exploration looks at it again.
+        """
+        self.frontiers.remember(grid, T_map_base, self._config.navigator.costmap.robot_radius)
+
+    def seen(self, grid: OccupancyGrid, *, exploring: bool) -> float:
+        """How much floor was looked at so far [m^2]; for one that is `exploring` in this run."""
+        area = self.frontiers.looked_at if exploring else self.frontiers.explored
+        return area.area(grid.resolution)
 
     def interrupt(self) -> None:
         """Forget the present way: something else has moved the robot."""

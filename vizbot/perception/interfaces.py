@@ -90,6 +90,8 @@ class PerceptionParts:
         depth_mapper: Instead of `mapping.occupancy.depth_mapper.DepthMapper`.
         background: Embeds the background phrases, or returns them where it has done so before.
         patch_spreads: Which pixels give a patch its point, as of `patches.patch_points`.
+        every_pose: Whether the pose of every frame is kept, as of a recording, instead of those
+            between which the camera moved.
         every_picture: Whether every picture is mapped, as the paper does, instead of one a view.
     """
 
@@ -97,4 +99,5 @@ class PerceptionParts:
     depth_mapper: ObstacleMapper | None = None
     background: Callable[[], Background] | None = None
     patch_spreads: float = NEAR_MEDIAN
+    every_pose: bool = False
     every_picture: bool = False

@@ -137,7 +137,7 @@ class Perception:
         self._clock = clock
         self._config = config
         self._intrinsics = first.intrinsics
-        self._record = RunRecord()
+        self._record = RunRecord(every_pose=parts.every_pose)
         newest = -np.inf
         if saved_map is not None:
             self._record = RunRecord.going_on(
@@ -146,6 +146,7 @@ class Perception:
                 saved_map.keyframes,
                 before=first.stamp,
                 frames=int(saved_map.frames.numbers.max(initial=-1)) + 1,
+                every_pose=parts.every_pose,
             )
             newest = float(saved_map.frames.times.max(initial=newest))
         # A later run counts as one also where the computer's clock was set back.

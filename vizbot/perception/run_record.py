@@ -31,8 +31,18 @@ class RunRecord:
         frames: Number of frames so far, those of a saved map included.
     """
 
-    def __init__(self, trajectory: Trajectory | None = None, cloud: Cloud | None = None) -> None:
-        """Begin empty, or with trajectory and cloud of a saved map."""
+    def __init__(
+        self,
+        trajectory: Trajectory | None = None,
+        cloud: Cloud | None = None,
+        *,
+        every_pose: bool = False,
+    ) -> None:
+        """Begin empty, or with trajectory and cloud of a saved map.
+
+        With `every_pose` the pose of every frame is kept.
+        """
+        self._every_pose = every_pose
         self._trajectory = GrowingTable(Trajectory.empty() if trajectory is None else trajectory)
         self._cloud = GrowingTable(Cloud.empty() if cloud is None else cloud, _CLOUD_ROOM)
         self._voxels = np.zeros(0, np.int64)
@@ -48,6 +58,8 @@ class RunRecord:
         keyframes: Keyframes,
         before: float,
         frames: int = 0,
+        *,
+        every_pose: bool = False,
     ) -> RunRecord:
         """Continue the record of a saved map, as if all of it were from before a time [s].
 
@@ -60,7 +72,7 @@ class RunRecord:
             trajectory.keyframes,
             trajectory.Ts_keyframe_cam,
         )
-        record = cls(shifted, cloud)
+        record = cls(shifted, cloud, every_pose=every_pose)
         record.frames = max(record.frames, frames)
         stamps = (keyframes.stamps - late).tolist()
         record._keyframe_stamps |= zip(keyframes.ids.tolist(), stamps, strict=True)
@@ -73,7 +85,7 @@ class RunRecord:
         self.frames += 1
         if estimate.is_keyframe:
             self._keyframe_stamps[estimate.keyframe] = estimate.stamp
-        elif not self._moved(estimate.T_map_cam):
+        elif not (self._every_pose or self._moved(estimate.T_map_cam)):
             return
         self._T_map_kept = estimate.T_map_cam
         self._trajectory.add(
