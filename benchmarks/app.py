@@ -28,6 +28,7 @@ from benchmarks.harness.bench_plan import (
 )
 from benchmarks.harness.fingerprint import Fingerprint
 from benchmarks.loop import bench as loop
+from benchmarks.moved import bench as moved
 from benchmarks.objectnav import absent, multi_goal, retrieval, single_goal
 from benchmarks.objectnav.search_page import search_page
 from benchmarks.options import (
@@ -68,6 +69,8 @@ QUICK_SHARE = RUNS / QUICK_SHARE_ROWS
 """Finished episodes of quick runs in homes of development, kept apart from those of the board."""
 BARE, OTHERS = RUNS / "bare", RUNS / "others"
 """Finished episodes in homes with bare walls, and in homes drawn by others."""
+MOVED = RUNS / "moved"
+"""Answers of homes in which things moved."""
 FAST_WORLD = Path("runs/fast_world")
 """Views and walks of the fast world, which are no results."""
 TRAJECTORIES = Path("runs/slam")
@@ -214,6 +217,15 @@ def run_absent(options: MapOptions) -> None:
     """Ask explored homes for what they do not have."""
     rows = _asked_rows(options.board.rows, None, options.encoder_scale)
     _run_board(options.board, absent.run_absent, rows, [*absent.ROWS, SEARCHED])
+
+
+@_bench(moved.NAME, "--quick")
+@with_options(BoardOptions)
+def run_moved(options: BoardOptions) -> None:
+    """Move things between two visits, and ask the map where they are."""
+    homes = seeds_of(options.seeds) or moved.HOMES
+    chosen = homes[: moved.QUICK_HOMES] if options.quick else homes
+    _run_board(options, moved.run_moved, options.rows, [], chosen, MOVED)
 
 
 @_bench(slam.NAME, "--quick")

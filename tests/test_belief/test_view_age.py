@@ -28,14 +28,15 @@ class Visited:
         self.map.add(frame, T_map_cam, shown, len(self.map))
 
     def outdated(self, poses=None):
-        return self.map.placed(poses or {0: np.eye(4)}).outdated.tolist()
+        age = self.map.placed(poses or {0: np.eye(4)}).age
+        return (age.retaken | age.doubted).tolist()
 
 
 FROM_LEFT, FROM_FRONT = camera(-1.9, 0.1), camera(0.1, -1.9, np.pi / 2)
 
 
 def visited(*looks):
-    """What is outdated after looks: where from, when and, where it is not the thing, at what."""
+    """Which count less after looks: where from, when and, where it is not the thing, at what."""
     home = Visited()
     for look in looks:
         home.look(*look)
@@ -85,4 +86,4 @@ def test_after_a_loop_closure_the_same_is_outdated_as_in_a_map_made_anew(seed):
             home.outdated(poses)
     poses = {0: np.eye(4), 1: planar(*rng.uniform(-0.4, 0.4, 3))}
     anew = PlaceMap(D435I_COLOUR, home.map.rows, home.map.frames).placed(poses)
-    assert home.outdated(poses) == anew.outdated.tolist()
+    assert home.outdated(poses) == (anew.age.retaken | anew.age.doubted).tolist()

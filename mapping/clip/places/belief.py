@@ -19,8 +19,11 @@ from mapping.clip.places.evidence import Weights, evidence, features
 from mapping.clip.places.footprint import PLACE
 from mapping.clip.places.place_rows import PlacedRows, PlaceRows
 from mapping.clip.places.place_views import PlaceViews, around
+from mapping.clip.places.view_age import NEAR_LOOK
 from mapping.clip.scores import Query
 
+SPEAKS = 0.0
+"""Evidence of a view that speaks for what is asked for [log odds]."""
 ROOM = 21
 """Edge of the square of places whose average says which room this is [places]. In training homes
 916 to 931 it removes six in seven of the wrong places that were believed, and keeps 97 % of the
@@ -100,11 +103,11 @@ class Belief:
         return against_rivals(believed, others)
 
     def _believed(self, rows: PlaceRows, placed: PlacedRows) -> PlaceBelief:
-        views = PlaceViews()
-        valid = np.flatnonzero(~placed.outdated) if placed.outdated.any() else slice(None)
+        views, found = PlaceViews(), self._evidence.rows.astype(np.float32)
+        valid = _valid_rows(found, rows, placed)
         views.add(
             placed.places[valid],
-            self._evidence.rows[valid].astype(np.float32),
+            found[valid],
             self._likeness.rows[valid].astype(np.float32),
             rows.ranges[valid],
             rows.spots[valid].astype(np.int64),
@@ -117,6 +120,27 @@ class Belief:
         return PlaceBelief(
             views.low, probabilities, views.likeness, views.seen, seen_from, views.heights.copy()
         )
+
+
+def _valid_rows(
+    evidence: NDArray[np.float32], rows: PlaceRows, placed: PlacedRows
+) -> NDArray[np.intp] | slice:
+    """Which views count, of this evidence (R,).
+
+    Older ones do where what was seen later from near speaks for the question, too: what is still
+    there was seen best by all of them together, and what has gone by none of the later ones.
+    """
+    age = placed.age
+    if not (age.retaken.any() or age.doubted.any()):
+        return slice(None)
+    low = placed.places.min(axis=0)
+    columns, lines = placed.places.max(axis=0) - low + 1
+    cells = (placed.places[:, 1] - low[1]) * columns + placed.places[:, 0] - low[0]
+    later = np.flatnonzero((rows.ranges <= NEAR_LOOK) & ~age.doubted & ~age.retaken)
+    speaks_most = np.full(columns * lines, -np.inf, np.float32)
+    np.maximum.at(speaks_most, cells[later], evidence[later])
+    in_vain = age.doubted & (speaks_most[cells] <= SPEAKS)
+    return np.flatnonzero(~(age.retaken | in_vain))
 
 
 def against_rivals(believed: PlaceBelief, rivals: Sequence[PlaceBelief]) -> PlaceBelief:

@@ -83,7 +83,7 @@ def likeliest_places(
     others.
     """
     rows, placed, frames = views.rows, views.placed(keyframe_poses), views.frames
-    places = np.where(placed.outdated[:, None], _NOWHERE, placed.places)
+    places = np.where(placed.age.retaken[:, None], _NOWHERE, placed.places)
     row_of, column_of = np.nonzero(belief.seen)
     if len(row_of) == 0:
         return []

@@ -2,8 +2,8 @@
 
 A picture counts for each spot and heading of the camera: a robot that waits, or turns to and fro,
 learns nothing new from the same view. Taken again later, it stands for the picture before. And
-what a place showed long ago counts no longer once later pictures from near have looked there
-twice: what stood there may have gone.
+what a place showed long ago is in doubt once later pictures from near have looked there twice: what
+stood there may have gone.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from mapping.clip.growing_rows import GrowingRows, GrowingTable
 from mapping.clip.mapped_frames import MappedFrame, MappedFrames
 from mapping.clip.places.footprint import PLACE, Footprint
-from mapping.clip.places.view_age import LATER, outdated_rows, view_of
+from mapping.clip.places.view_age import LATER, ViewAge, age_of_views, view_of
 from mapping.keyframes.anchors import points_in_map
 from vizbot.core.geometry import transform
 from vizbot.core.types import SE3, Intrinsics
@@ -66,13 +66,13 @@ class PlacedRows:
         places: (R, 2) column, row of the place of each row, counted from the origin of the map.
         heights: (R,) float32, of the mean points above the floor [m].
         cameras_xy: (R, 2) float32, where the camera stood, in `map` [m].
-        outdated: (R,) whether a row counts no longer, since newer ones tell of its place.
+        age: How new they are.
     """
 
     places: NDArray[np.int64]
     heights: NDArray[np.float32]
     cameras_xy: NDArray[np.float32]
-    outdated: NDArray[np.bool_]
+    age: ViewAge
 
 
 class PlaceMap:
@@ -168,7 +168,7 @@ class PlaceMap:
         Ts_map_cam = frames.Ts_map_cam(keyframe_poses)
         frame_of = frames.rows_of(rows.frames)
         places = np.floor(self._points.rows[:, :2] / PLACE).astype(np.int64)
-        outdated = outdated_rows(
+        age = age_of_views(
             places,
             self._points.rows,
             rows.ranges,
@@ -181,7 +181,7 @@ class PlaceMap:
             places,
             np.ascontiguousarray(self._points.rows[:, 2]),
             Ts_map_cam[frame_of, :2, 3].astype(np.float32),
-            outdated,
+            age,
         )
         return self._placed
 

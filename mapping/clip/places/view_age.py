@@ -1,12 +1,14 @@
 """Which views of places count no longer, since newer ones tell of the same.
 
 A picture of long ago gives way to one that was taken from the same spot with the same heading. What
-it showed of a place gives way, too, where two later pictures looked there from near and had the
+it showed of a place is in doubt, too, where two later pictures looked there from near and had the
 very point in view: then they show the thing, or that it has gone. All of it follows from poses and
 times alone, so that a loop closure needs no account of what was forgotten before.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +22,7 @@ SPOT = 0.5
 """Edge of a spot, a cell of the plan on which the camera stands [m]."""
 HEADINGS = 12
 """Headings of the camera on a spot that count as different views."""
-_NEAR_LOOK = 3.0
+NEAR_LOOK = 3.0
 """Looks from within this distance tell what a place shows today [m]."""
 
 
@@ -38,7 +40,21 @@ def _views_of(Ts_map_cam: NDArray[np.float64]) -> NDArray[np.int64]:
     return np.column_stack([spots, turns]).astype(np.int64)
 
 
-def outdated_rows(
+@dataclass(frozen=True, slots=True, eq=False)
+class ViewAge:
+    """How new views of places (R,) are.
+
+    Attributes:
+        retaken: (R,) whether the same picture was taken again later: the view counts no longer.
+        doubted: (R,) whether two later pictures from near had its point in view: it counts where
+            they, too, speak for what is asked for.
+    """
+
+    retaken: NDArray[np.bool_]
+    doubted: NDArray[np.bool_]
+
+
+def age_of_views(
     places: NDArray[np.int64],
     points: NDArray[np.float32],
     ranges: NDArray[np.float32],
@@ -46,8 +62,8 @@ def outdated_rows(
     Ts_map_cam: NDArray[np.float64],
     times: NDArray[np.float64],
     intrinsics: Intrinsics,
-) -> NDArray[np.bool_]:
-    """Which views of places (R,) count no longer.
+) -> ViewAge:
+    """How new views of places (R,) are.
 
     Args:
         places: (R, 2) column, row of the place that each shows.
@@ -58,9 +74,9 @@ def outdated_rows(
         times: (F,) when, not falling [s].
         intrinsics: Of the camera.
     """
-    outdated = np.zeros(len(places), np.bool_)
+    doubted = np.zeros(len(places), np.bool_)
     if len(places) == 0 or times[frame_of[-1]] - times[frame_of[0]] < LATER:
-        return outdated
+        return ViewAge(doubted, doubted)
     low = places.min(axis=0)
     span = int(places[:, 0].max() - low[0]) + 1
     keys = (places[:, 1] - low[1]) * span + places[:, 0] - low[0]
@@ -69,8 +85,8 @@ def outdated_rows(
     c = intrinsics
     edges = np.array([[-c.cx, c.width - c.cx], [-c.cy, c.height - c.cy]])
     field = edges / np.array([[c.fx], [c.fy]])
-    _mark_looked_twice(order, starts, points, ranges, frame_of, Ts_map_cam, times, field, outdated)
-    return outdated | _retaken(frame_of, Ts_map_cam, times)[frame_of]
+    _mark_looked_twice(order, starts, points, ranges, frame_of, Ts_map_cam, times, field, doubted)
+    return ViewAge(_retaken(frame_of, Ts_map_cam, times)[frame_of], doubted)
 
 
 def _retaken(
@@ -98,7 +114,7 @@ def _mark_looked_twice(
     Ts_map_cam: NDArray[np.float64],
     times: NDArray[np.float64],
     field: NDArray[np.float64],
-    outdated: NDArray[np.bool_],
+    doubted: NDArray[np.bool_],
 ) -> None:
     """Mark the rows at whose point two later frames looked from near.
 
@@ -113,7 +129,7 @@ def _mark_looked_twice(
                 frame = frame_of[j]
                 if times[frame] < times[frame_of[i]] + LATER:
                     break
-                if ranges[j] > _NEAR_LOOK or frame == before:
+                if ranges[j] > NEAR_LOOK or frame == before:
                     continue
                 T = Ts_map_cam[frame]
                 x, y, z = 0.0, 0.0, 0.0
@@ -129,5 +145,5 @@ def _mark_looked_twice(
                 ):
                     looks, before = looks + 1, frame
                     if looks == 2:
-                        outdated[i] = True
+                        doubted[i] = True
                         break
