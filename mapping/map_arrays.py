@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from mapping.clip.scores import LEAST_SPREAD
+from mapping.map_segments import joined
 from mapping.map_upgrade import ADDED, FORMER_SCHEMA, upgraded
 from mapping.tensor_file import CODES
 from vizbot.core.camera_limits import LATEST_STAMP, MOST_PIXELS
@@ -108,26 +109,34 @@ def _table(schema: int) -> tuple[_Array, ...]:
 
 
 def read_arrays(
-    path: Path, size: int, sha256: str, schema: int, created: datetime
+    files: Sequence[tuple[Path, int, str]], schema: int, created: datetime
 ) -> dict[str, NDArray[Any]]:
     """Read the arrays of a map and check each of them, and how they refer to one another.
 
-    `size` [bytes] and `sha256` are those of `map.safetensors` in the map's header, as `schema` and
-    when it was `created` are.
+    `files` are `map.safetensors` and the segments, each with the size [bytes] and SHA-256 that the
+    map's header has of it, as it has its `schema` and when it was `created`.
 
     Raises:
-        OSError: it cannot be read, is larger than any map, or is no regular file.
-        ValueError: it is not of that size and checksum, or an array is not what it must be.
+        OSError: one cannot be read, is larger than any map, or is no regular file.
+        ValueError: one is not of that size and checksum, or an array is not what it must be.
     """
+    if sum(size for _, size, _ in files) > MOST_BYTES:
+        raise ValueError(f"it has more than {MOST_BYTES} bytes")
+    arrays = joined([_read_file(*file, schema) for file in files])
+    if schema == FORMER_SCHEMA:
+        arrays = upgraded(arrays, created)
+    require_arrays(arrays)
+    return arrays
+
+
+def _read_file(path: Path, size: int, sha256: str, schema: int) -> dict[str, NDArray[Any]]:
+    """The arrays of one file, whose content is not checked yet."""
     with open_regular(path, MOST_BYTES) as file:
         digest = hashlib.sha256()
         spans = _read_layout(file, size, digest, _table(schema))
         arrays = {array.name: _read(file, array, shape, digest) for array, shape in spans}
         if file.read(1) or digest.hexdigest() != sha256:
-            raise ValueError("it has another checksum")
-    if schema == FORMER_SCHEMA:
-        arrays = upgraded(arrays, created)
-    require_arrays(arrays)
+            raise ValueError(f"{path.name} has another checksum")
     return arrays
 
 

@@ -57,6 +57,7 @@ from mapping.map_header import (
     is_map,
     read_header,
 )
+from mapping.map_segments import segment_name
 from mapping.map_upgrade import FORMER_SCHEMA
 from mapping.tensor_file import size_of, write_through
 from vizbot.core.errors import MapError
@@ -225,7 +226,7 @@ def require_savable(folder: Path, *, replace: bool) -> None:
     try:
         require_folder(real.parent if real.exists() else real)
     except OSError as error:
-        raise _unwritable(folder, error) from error
+        raise unwritable(folder, error) from error
 
 
 def require_growable(folder: Path) -> None:
@@ -234,7 +235,8 @@ def require_growable(folder: Path) -> None:
     Raises:
         MapError: there is no map, its header is damaged, or it has nearly the size of the largest.
     """
-    size = read_header(readable_folder(folder)).tensors_size
+    header = read_header(readable_folder(folder))
+    size = header.tensors_size + sum(each.size for each in header.segments)
     if size > MOST_BYTES - GROWTH:
         raise MapError(
             f"the map {folder} has {size // 1_000_000} MB, and with more than"
@@ -243,7 +245,8 @@ def require_growable(folder: Path) -> None:
         )
 
 
-def _unwritable(folder: Path, error: OSError) -> MapError:
+def unwritable(folder: Path, error: OSError) -> MapError:
+    """The error of a folder in which a map cannot be saved, in one line."""
     return MapError(f"cannot save the map {folder}: {error.strerror}; give another folder for it")
 
 
@@ -258,8 +261,11 @@ def require_outside_maps(path: Path) -> None:
         raise MapError(f"{path} would be in the map {folder}; give a file outside of it")
 
 
-def save(bundle: MapBundle, folder: Path) -> None:
+def save(bundle: MapBundle, folder: Path) -> MapHeader:
     """Write a map; an old one in the folder is replaced once the new one is whole on disk.
+
+    Returns:
+        What `map.json` says of it.
 
     Raises:
         MapError: the folder holds something else, or cannot be written, or `load` would refuse the
@@ -289,7 +295,7 @@ def save(bundle: MapBundle, folder: Path) -> None:
         partial.mkdir(parents=True)
         sha256 = write_through(partial / TENSORS, arrays)
         header = header.model_copy(update={"tensors_sha256": sha256})
-        _write_through(partial / HEADER, header.content())
+        write_header(partial, header)
         sync_folder(partial)
         if folder.exists():
             shutil.rmtree(previous, ignore_errors=True)
@@ -298,12 +304,13 @@ def save(bundle: MapBundle, folder: Path) -> None:
         sync_folder(folder.parent)
         shutil.rmtree(previous, ignore_errors=True)
     except OSError as error:
-        raise _unwritable(folder, error) from error
+        raise unwritable(folder, error) from error
     finally:
         shutil.rmtree(partial, ignore_errors=True)
         if previous.exists() and not folder.exists():
             with suppress(OSError):  # `load` reads the previous map where it is
                 previous.rename(folder)
+    return header
 
 
 def map_in(folder: Path) -> Path:
@@ -325,9 +332,13 @@ def load(folder: Path) -> MapBundle:
     header = read_header(folder)
     try:
         arrays = read_arrays(
-            folder / TENSORS,
-            header.tensors_size,
-            header.tensors_sha256,
+            [
+                (folder / TENSORS, header.tensors_size, header.tensors_sha256),
+                *(
+                    (folder / segment_name(number), each.size, each.sha256)
+                    for number, each in enumerate(header.segments, start=1)
+                ),
+            ],
             header.schema_version,
             header.created,
         )
@@ -378,9 +389,10 @@ def load_grid(folder: Path) -> OccupancyGrid:
     folder = readable_folder(folder)
     header = read_header(folder)
     try:
-        occupancy = read_array(
-            folder / TENSORS, header.tensors_size, "grid.occupancy", header.schema_version
-        )
+        newest, size = TENSORS, header.tensors_size
+        if header.segments:
+            newest, size = segment_name(len(header.segments)), header.segments[-1].size
+        occupancy = read_array(folder / newest, size, "grid.occupancy", header.schema_version)
     except (OSError, ValueError, MemoryError) as error:
         raise damaged(folder, TENSORS, error) from error
     zones = tuple(np.array(zone, np.float32) for zone in header.keep_out)
@@ -393,6 +405,18 @@ def _packed(bundle: MapBundle) -> tuple[MapHeader, dict[str, NDArray[Any]]]:
     Raises:
         ValueError: `load` would refuse them.
     """
+    arrays = arrays_of(bundle)
+    grid = bundle.grid
+    require_arrays(arrays)
+    require_places_extent(bundle.place_map().placed(bundle.keyframes.poses()).places)
+    require_extent(
+        bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
+    )
+    return header_of(bundle, size_of(arrays)), arrays
+
+
+def arrays_of(bundle: MapBundle) -> dict[str, NDArray[Any]]:
+    """All arrays of a map, by group and column."""
     arrays = {
         f"{group}.{column.name}": np.ascontiguousarray(getattr(getattr(bundle, group), column.name))
         for group, kind in _GROUPS.items()
@@ -404,13 +428,12 @@ def _packed(bundle: MapBundle) -> tuple[MapHeader, dict[str, NDArray[Any]]]:
     pictures = bundle.pictures if len(bundle.pictures) else np.zeros((0, length), np.float32)
     arrays["elements.pictures"] = np.ascontiguousarray(pictures)
     arrays["grid.occupancy"] = np.ascontiguousarray(bundle.grid.occupancy)
-    grid = bundle.grid
-    require_arrays(arrays)
-    require_places_extent(bundle.place_map().placed(bundle.keyframes.poses()).places)
-    require_extent(
-        bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
-    )
-    header = MapHeader(
+    return arrays
+
+
+def header_of(bundle: MapBundle, tensors_size: int) -> MapHeader:
+    """What `map.json` says of a map whose arrays take `tensors_size` bytes, but for checksums."""
+    return MapHeader(
         format=FORMAT,
         schema_version=SCHEMA_VERSION,
         created=bundle.created,
@@ -418,17 +441,16 @@ def _packed(bundle: MapBundle) -> tuple[MapHeader, dict[str, NDArray[Any]]]:
         notice=bundle.notice,
         intrinsics=bundle.intrinsics,
         T_base_cam=tuple(tuple(row) for row in bundle.T_base_cam.tolist()),
-        grid_resolution=grid.resolution,
-        grid_origin=tuple(grid.origin.tolist()),
+        grid_resolution=bundle.grid.resolution,
+        grid_origin=tuple(bundle.grid.origin.tolist()),
         phrases_id=PHRASES_ID,
         pictures_id=PICTURES_ID,
         calibration=bundle.calibration,
         keep_out=tuple(tuple(map(tuple, zone.tolist())) for zone in bundle.keep_out),
         counts=_counts(bundle),
-        tensors_size=size_of(arrays),
+        tensors_size=tensors_size,
         tensors_sha256=_NO_SHA256,
     )
-    return header, arrays
 
 
 def _statistics(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[np.float32] | None:
@@ -444,9 +466,14 @@ def _pictures(arrays: dict[str, NDArray[Any]], header: MapHeader) -> NDArray[np.
     return pictures if len(pictures) and header.pictures_id == PICTURES_ID else NO_PICTURES
 
 
-def _write_through(path: Path, content: bytes) -> None:
-    with path.open("wb") as file:
-        file.write(content)
+def write_header(folder: Path, header: MapHeader) -> None:
+    """Write `map.json` to the disk.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    with (folder / HEADER).open("wb") as file:
+        file.write(header.content())
         file.flush()
         os.fsync(file.fileno())
 

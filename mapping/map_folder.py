@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mapping.map_header import HEADER, REMEDY, TENSORS
+from mapping.map_header import HEADER, REMEDY, is_map_file
 from vizbot.core.closeable import Closeable
 from vizbot.core.errors import MapError
 
@@ -157,7 +157,7 @@ def _require_map(folder: Path) -> None:
         raise MapError(f"no map at {folder}: {error.strerror}") from error
     if HEADER not in names:
         raise MapError(f"{folder} is not a map, it has no {HEADER}: {REMEDY}")
-    if others := sorted(names - {HEADER, TENSORS}):
+    if others := sorted(name for name in names if not is_map_file(name)):
         raise MapError(
             f"{folder} holds more than a map ({others[0]!r}) and is left alone: move that elsewhere"
         )

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field, ValidationError, field_validator, mo
 
 from mapping.clip.fitted.calibration import LIST_OF_VIEWS, EncoderCalibration
 from mapping.map_arrays import FARTHEST, is_rigid
+from mapping.map_segments import MOST_SEGMENTS, Segment, is_segment_name
 from mapping.map_upgrade import FORMER_SCHEMA
 from vizbot.core.camera_limits import require_camera
 from vizbot.core.errors import MapError
@@ -58,6 +59,8 @@ class MapHeader(Settings):
     """Number of rows of each group, for readers of this file alone."""
     tensors_size: int
     tensors_sha256: str
+    segments: tuple[Segment, ...] = Field(default=(), max_length=MOST_SEGMENTS)
+    """Of what a running robot has added; the file has them only where there are some."""
     header_sha256: str | None = None
     """Of the rest of this file as JSON with sorted keys; None before it is written."""
 
@@ -78,7 +81,8 @@ class MapHeader(Settings):
 
     def content(self) -> bytes:
         """The file's content, with its checksum."""
-        absent = {"header_sha256", *(() if self.calibration else ("calibration",))}
+        optional = {"calibration": self.calibration, "segments": self.segments}
+        absent = {"header_sha256", *(name for name, value in optional.items() if not value)}
         raw = self.model_dump(mode="json", exclude=absent)
         return json.dumps(raw | {"header_sha256": _checksum(raw)}, indent=2).encode()
 
@@ -126,13 +130,18 @@ def fault_of(error: ValidationError) -> str:
     return f"{where} {first['msg']}".strip()
 
 
+def is_map_file(name: str) -> bool:
+    """Whether a file of this name belongs to a map."""
+    return name in (HEADER, TENSORS) or is_segment_name(name)
+
+
 def is_map(folder: Path) -> bool:
     """Whether a folder holds a map of any schema and nothing else.
 
     Raises:
         OSError: the folder cannot be read.
     """
-    if {path.name for path in folder.iterdir()} - {HEADER, TENSORS}:
+    if not all(is_map_file(path.name) for path in folder.iterdir()):
         return False
     try:
         raw = _read_json(folder)

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from mapping import map_bundle
 from mapping.map_bundle import MapBundle
 from mapping.map_folder import is_readable
+from mapping.map_saver import MapSaver
 from mapping.map_snapshot import MapSnapshot
 from mapping.tum import HEADING, pose_line, write_trajectory
 from vizbot.config import Config, write_config
@@ -34,7 +35,7 @@ log = logging.getLogger(__name__)
 
 _RESERVE = 200_000_000
 """Reserved space [bytes]; maps of homes take a fifth of it."""
-_SAVED_EVERY = 60.0
+_SAVED_EVERY = 10.0
 """Interval between two saves of the map [s]."""
 _COLUMNS = "stamp,linear,angular,by\n"
 
@@ -115,6 +116,7 @@ class Recorder:
         self._clock: Clock | None = None
         self._saved_at: float | None = None
         self._saving: Pending[None] | None = None
+        self._saver = MapSaver(folder / "map")
 
     @property
     def steps(self) -> int:
@@ -143,7 +145,7 @@ class Recorder:
             self._keep_map(self._snapshot, step.frame.stamp)
 
     def keep_map(self, snapshot: Callable[[], MapSnapshot | None], clock: Clock) -> None:
-        """Save the map every minute beside the run, so that a killed program loses no more."""
+        """Save the map every ten seconds beside the run: a killed program loses no more."""
         self._snapshot, self._clock = snapshot, clock
 
     def keep_commands(self, clock: Clock) -> Callable[[str, Twist], None]:
@@ -212,9 +214,9 @@ class Recorder:
 
     def _save(self, snapshot: MapSnapshot) -> None:
         try:
-            map_bundle.save(snapshot.bundle(), self.folder / "map")
-        except Exception as error:  # the next minute or the end tries again
-            log.warning("the map of this minute is not kept: %s; the run goes on", error)
+            self._saver.save(snapshot)
+        except Exception as error:  # the next one or the end tries again
+            log.warning("the map is not saved just now: %s; the run goes on", error)
 
     def finish(
         self, bundle: Callable[[], MapBundle | None], metrics: Mapping[str, object]

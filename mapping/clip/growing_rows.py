@@ -109,8 +109,8 @@ class GrowingTable(Generic[Table]):
             column.add(more)
 
 
-def chosen_rows(table: Table, chosen: NDArray[np.integer] | NDArray[np.bool_]) -> Table:
-    """The chosen rows (M,) of a table, or those where (N,) is true."""
+def chosen_rows(table: Table, chosen: slice) -> Table:
+    """Some rows of a table."""
     return type(table)(*(column[chosen] for column in _columns_of(table)))
 
 

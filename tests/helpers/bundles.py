@@ -43,7 +43,10 @@ class Snapshot:
 
     def __init__(self, bundle):
         self._bundle = bundle
-        self.keyframe_poses, self.keep_out = bundle.keyframes.poses(), bundle.keep_out
+        self.keyframe_poses, self.features = bundle.keyframes.poses(), {}
+
+    def __getattr__(self, name):
+        return getattr(self._bundle, name)
 
     def bundle(self):
         return self._bundle

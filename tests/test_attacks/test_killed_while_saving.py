@@ -8,12 +8,16 @@ import signal
 import sys
 import time
 from dataclasses import replace
+from datetime import UTC, datetime
+from functools import cache
 
 import numpy as np
 import pytest
 
 from mapping import map_bundle
+from mapping.map_saver import MapSaver
 from tests.helpers.bundles import assert_same, bundle_of, names_in
+from tests.test_maps.test_map_saver import GrowingMap
 from vizbot.core.files import write_whole
 from vizbot.core.types import OccupancyGrid
 
@@ -43,6 +47,31 @@ def assert_map(path):
     assert_same(found, replace(wide_map(seed), created=found.created))
 
 
+@cache
+def growing_map():
+    """A small map, and the same one when the robot has seen more."""
+    grows, created = GrowingMap(), datetime(2026, 1, 1, tzinfo=UTC)
+    taken = (grows.after(2), grows.after(3))
+    times = (each.frames.numbers.astype(float) for each in taken)
+    return tuple(
+        replace(each, created=created, frames=replace(each.frames, times=of_frames))
+        for each, of_frames in zip(taken, times, strict=True)
+    )
+
+
+def write_growing_map(seed, path):
+    saver = MapSaver(path)
+    for snapshot in growing_map()[:seed]:
+        saver.save(snapshot)
+
+
+def assert_growing_map(path):
+    found = map_bundle.load(path)
+    small, large = growing_map()
+    known = {len(each.trajectory.stamps): each for each in (small, large)}
+    assert_same(found, known[len(found.trajectory.stamps)].bundle())
+
+
 def write_file(seed, path):
     write_whole(path, bytes([seed]) * 2**22)
 
@@ -51,7 +80,11 @@ def assert_file(path):
     assert path.read_bytes() in (bytes([1]) * 2**22, bytes([2]) * 2**22)
 
 
-KINDS = {"map": (write_map, assert_map), "file": (write_file, assert_file)}
+KINDS = {
+    "map": (write_map, assert_map),
+    "growing map": (write_growing_map, assert_growing_map),
+    "file": (write_file, assert_file),
+}
 
 
 def write_in_turns(connection, write, path):

@@ -12,6 +12,7 @@ import pytest
 
 import vizbot.recorder
 from mapping import map_bundle
+from mapping.map_saver import MapSaver
 from tests.helpers.bundles import Snapshot, assert_same, bundle_of
 from tests.helpers.failing import raising
 from vizbot.config import Config
@@ -36,7 +37,7 @@ def recorder(tmp_path):
     return Recorder(tmp_path / "run", Config())
 
 
-def test_the_map_of_every_minute_is_kept(recorder):
+def test_the_map_is_kept_every_ten_seconds(recorder, caplog):
     asked = []
 
     def now():
@@ -45,17 +46,18 @@ def test_the_map_of_every_minute_is_kept(recorder):
 
     recorder.keep_map(now, SimulatedClock())
     kept = []
-    for stamp in range(0, 200, 10):
+    for stamp in range(0, 36, 2):
         recorder.on_step(step(float(stamp)))
         kept.append((recorder.folder / "map").exists())
-    del kept[6]  # at 60 s: the work goes on beside the run
-    assert kept == 6 * [False] + 13 * [True]
+    del kept[5]  # at 10 s: the work goes on beside the run
+    assert kept == 5 * [False] + 12 * [True]
     assert len(asked) == 3
+    assert caplog.text == ""
     assert len(map_bundle.load(recorder.folder / "map").keyframes.ids)
     assert not (recorder.folder / "metrics.json").exists()
 
 
-def test_the_map_of_a_minute_is_joined_beside_the_run(recorder):
+def test_the_map_is_joined_beside_the_run(recorder):
     joined_by = []
 
     class Watched(Snapshot):
@@ -64,7 +66,7 @@ def test_the_map_of_a_minute_is_joined_beside_the_run(recorder):
             return super().bundle()
 
     recorder.keep_map(lambda: Watched(bundle_of()), SimulatedClock())
-    for stamp in (0.0, 61.0):
+    for stamp in (0.0, 11.0):
         recorder.on_step(step(stamp))
     recorder.finish(None, {})
     assert len(joined_by) == 1 and joined_by[0] is not threading.current_thread()
@@ -77,8 +79,8 @@ def test_a_map_that_cannot_be_saved_costs_a_line_and_not_the_run(
     recorder, monkeypatch, caplog, error
 ):
     recorder.keep_map(lambda: Snapshot(bundle_of()), SimulatedClock())
-    monkeypatch.setattr(vizbot.recorder.map_bundle, "save", raising(error))
-    for stamp in (0.0, 61.0, 62.0):
+    monkeypatch.setattr(MapSaver, "save", raising(error))
+    for stamp in (0.0, 11.0, 12.0):
         recorder.on_step(step(stamp))
     assert caplog.text.count("No space left on device; the run goes on") == 1
     monkeypatch.undo()
