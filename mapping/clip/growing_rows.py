@@ -109,8 +109,8 @@ class GrowingTable(Generic[Table]):
             column.add(more)
 
 
-def chosen_rows(table: Table, chosen: slice) -> Table:
-    """Some rows of a table."""
+def chosen_rows(table: Table, chosen: slice | NDArray[np.bool_]) -> Table:
+    """Some rows of a table: a part, or those where (N,) is true."""
     return type(table)(*(column[chosen] for column in _columns_of(table)))
 
 

@@ -76,6 +76,10 @@ class ClipMap:
             )
         )
 
+    def add_rows(self, elements: ClipElements) -> None:
+        """Add elements that are anchored already."""
+        self._table.add(elements)
+
     @property
     def elements(self) -> ClipElements:
         """All rows, as views that later additions do not change."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cache, partial
 from math import radians
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.calibration.floor_level import estimate_mount
+from mapping.clip.compaction import LEAST, ClipTables, is_due
 from mapping.clip.fitted.encoder import calibration_of
 from mapping.clip.growing_rows import GrowingRows
 from mapping.clip.mapped_frames import MappedFrame
@@ -65,6 +67,16 @@ class _Embedded:
     elements: FrameElements
     statistics: NDArray[np.float32]
     footprint: Footprint
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Compacted:
+    """The parts of a CLIP map that a compacted one replaces."""
+
+    clip_map: ClipMap
+    statistics: GrowingRows[np.float32]
+    places: PlaceMap
+    placement: Placement
 
 
 class Perception:
@@ -152,9 +164,10 @@ class Perception:
         # A later run counts as one also where the computer's clock was set back.
         self._began = max(datetime.now(UTC).timestamp(), newest + LATER) - first.stamp
         self._embedding: tuple[MappedFrame, SE3, Pending[_Embedded]] | None = None
+        self._compacting: tuple[ClipTables, Pending[_Compacted]] | None = None
         self._T_map_embedded: SE3 | None = None
         self._encoder_fails = False
-        self.embedded = self.skipped = 0
+        self.embedded = self.skipped = self._mapped_since = 0
 
     def update(
         self, frame: RGBDFrame, T_odom_base: SE3 | None, *, lifted: bool = False
@@ -265,6 +278,7 @@ class Perception:
         """
         # Not with every frame: a simulated clock waits here for an encoder that is slower.
         self._collect()
+        self._compact()
         if estimate.tracking is Tracking.LOST:
             return
         T_map_cam, taken = estimate.T_map_cam, self._began + frame.stamp
@@ -317,8 +331,53 @@ class Perception:
             return
         self.places.add(frame, T_map_cam, shown, first_element=len(self.clip_map))
         self.clip_map.add(frame, embedded.elements)
+        self._mapped_since += 1
         self._statistics.add(embedded.statistics)
         self._pictures = self._background().pictures
+
+    def _compact(self) -> None:
+        """Begin to compact the map where that is due; take the compacted one when it is ready."""
+        if self._compacting is not None:
+            before, pending = self._compacting
+            if not pending.ready():
+                return
+            self._compacting = None
+            added, compacted = self._tables().since(before), pending.result()
+            with holding_interrupts():  # else the parts of the map would not fit together
+                self._take(compacted, added)
+        elif not self._every_picture and self._mapped_since >= LEAST:
+            self._mapped_since = 0
+            poses = self.slam.keyframe_poses()
+            retaken, tables = self.places.retaken_frames(poses), self._tables()
+            if is_due(len(retaken), len(tables.frames)):
+                pending = self._clock.start(lambda: self._compacted(tables, retaken, poses), 0.0)
+                self._compacting = tables, pending
+
+    def _tables(self) -> ClipTables:
+        places = self.places
+        return ClipTables(self.clip_map.elements, self.statistics, places.rows, places.frames)
+
+    def _compacted(
+        self, tables: ClipTables, retaken: NDArray[np.int32], keyframe_poses: Mapping[int, SE3]
+    ) -> _Compacted:
+        """The map without the frames of these numbers (M,), with all that takes long done."""
+        kept = tables.without(retaken)
+        places = self.places.compacted(kept.places, kept.frames)
+        places.placed(keyframe_poses)
+        placement = Placement()
+        placement.place(kept.elements, kept.frames, keyframe_poses)
+        clip_map = ClipMap(self._encoder.dimension, kept.elements)
+        return _Compacted(clip_map, GrowingRows(kept.statistics), places, placement)
+
+    def _take(self, compacted: _Compacted, added: ClipTables) -> None:
+        """Take a compacted map, with what was added to the other one meanwhile."""
+        first = np.int32(len(compacted.clip_map))
+        compacted.clip_map.add_rows(added.elements)
+        compacted.statistics.add(added.statistics)
+        rows = replace(added.places, elements=added.places.elements + first)
+        compacted.places.add_rows(rows, added.frames)
+        self.clip_map, self.places = compacted.clip_map, compacted.places
+        self._statistics, self._placement = compacted.statistics, compacted.placement
 
     def _log_encoder(self, error: DeviceError | None) -> None:
         """Log when the encoder begins to fail, which leaves frames unmapped, and when it works."""

@@ -63,7 +63,7 @@ class Belief:
         """Begin with nothing seen; a `room` that is asked for has rivals."""
         self._question, self._weights = question, weights
         self._room = room or len(question.rivals) > 0
-        self._elements = 0
+        self._frames: NDArray[np.int32] = np.zeros(0, np.int32)
         self._evidence = GrowingRows(np.zeros(0, np.float16))
         self._likeness = GrowingRows(np.zeros(0, np.float16))
         rivals = (Query(each, question.log_odds) for each in question.rivals)
@@ -80,16 +80,18 @@ class Belief:
         """What is believed now.
 
         Args:
-            embeddings: (N, D) of the map's elements; those of the call before come first.
+            embeddings: (N, D) of the map's elements; those of the call before come first, but for
+                those of frames that have left the map.
             statistics: (N, 2) of them, as of `Background.statistics`.
             pictures: (B, D) of the bank, as of `Background.pictures`; the same in every call.
             rows: The views of places; likewise.
             placed: Where those are now.
         """
+        self._leave_out(rows.frames)
+        self._frames = rows.frames
         weighed, weights = len(self._evidence), self._weights
         patches, ranges = rows.elements[weighed:], rows.ranges[weighed:]
-        first = min(self._elements, int(patches.min(initial=self._elements)))
-        self._elements = len(embeddings)
+        first = int(patches.min(initial=len(embeddings)))
         scores = self._question.scores(embeddings[first:], statistics[first:])
         patches = patches - first
         tail = self._question.tail(pictures)
@@ -101,6 +103,17 @@ class Belief:
             each.update(embeddings, statistics, pictures, rows, placed) for each in self._rivals
         ]
         return against_rivals(believed, others)
+
+    def _leave_out(self, frames: NDArray[np.int32]) -> None:
+        """Forget the evidence of rows whose frames have left the map, of all frames (R,) now."""
+        known = len(self._evidence)
+        if np.array_equal(frames[:known], self._frames):
+            return
+        kept = np.isin(self._frames, frames)
+        if not np.array_equal(frames[: np.count_nonzero(kept)], self._frames[kept]):
+            kept[:] = False  # another map
+        self._evidence = GrowingRows(self._evidence.rows[kept])
+        self._likeness = GrowingRows(self._likeness.rows[kept])
 
     def _believed(self, rows: PlaceRows, placed: PlacedRows) -> PlaceBelief:
         views, found = PlaceViews(), self._evidence.rows.astype(np.float32)

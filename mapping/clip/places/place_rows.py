@@ -109,6 +109,22 @@ class PlaceMap:
         """All frames, likewise."""
         return self._frames.rows
 
+    def retaken_frames(self, keyframe_poses: Mapping[int, SE3]) -> NDArray[np.int32]:
+        """Numbers (M,) of frames that were taken again later, by T_map_cam of every keyframe."""
+        return np.unique(self.rows.frames[self.placed(keyframe_poses).age.retaken])
+
+    def compacted(self, rows: PlaceRows, frames: MappedFrames) -> PlaceMap:
+        """This map with fewer rows and frames; new pictures have the views that they have here."""
+        compact = PlaceMap(self._intrinsics, rows, frames)
+        compact._taken, compact._spots = self._taken, self._spots
+        compact._first_spot = self._first_spot
+        return compact
+
+    def add_rows(self, rows: PlaceRows, frames: MappedFrames) -> None:
+        """Add rows and frames whose views are known."""
+        self._rows.add(rows)
+        self._frames.add(frames)
+
     def is_new_view(self, T_map_cam: SE3, time: float) -> bool:
         """Whether a picture from here is the first from this spot with this heading for long.
 

@@ -58,7 +58,7 @@ class Report:
         self._timeline = Timeline()
         self._filter = StepFilter()
         self._frame_store = FrameStore(folder)
-        self._elements = 0
+        self._newest_kept = -1
         self._matches: dict[int, list[Match]] = {}
         self._last: Step | None = None
         self._path: NDArray[np.float64] | None = None
@@ -83,8 +83,9 @@ class Report:
                 track_xy = self._track.xy.copy()
                 self._drawing.put(lambda: self._draw(step, track_xy))
         self._frame_store.add(step.frame_number, step.frame.rgb)
-        self._frame_store.keep(step.frames[self._elements :])
-        self._elements = len(step.frames)
+        new = np.searchsorted(step.frames, self._newest_kept, side="right")
+        self._frame_store.keep(step.frames[new:])
+        self._newest_kept = int(step.frames.max(initial=self._newest_kept))
 
     def on_goal(self, report: GoalReport) -> None:
         """Keep the answer and the pictures of the places."""
@@ -110,7 +111,7 @@ class Report:
     def _begin_map(self) -> None:
         """Drop what belongs to the map that the run has left."""
         self._frame_store.clear()
-        self._elements = 0
+        self._newest_kept = -1
         self._track, self._path, self._filter = Track(), None, StepFilter()
         self._before_map = len(self._reports)
 

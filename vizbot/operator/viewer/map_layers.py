@@ -42,6 +42,7 @@ class MapLayers:
         self._recording = recording
         self._shown: dict[str, NDArray[np.float64]] = {}
         self._clouds: set[int] = set()
+        self._blocks = 0
         self._track = Track(_TRACK_BLOCK, _TRACK_SPACING)
         self._track_block = 0
 
@@ -77,7 +78,11 @@ class MapLayers:
         )
 
     def _show_elements(self, step: Step, colour_scale: ColourScale) -> None:
-        for block, start in enumerate(range(0, len(step.points), _BLOCK)):
+        starts = range(0, len(step.points), _BLOCK)
+        for block in range(len(starts), self._blocks):  # the map was compacted
+            self._recording.log(f"map/elements/{block:04d}", rr.Clear(recursive=False))
+        self._blocks = len(starts)
+        for block, start in enumerate(starts):
             points = step.points[start : start + _BLOCK]
             scores = (
                 np.zeros(len(points), np.float32)

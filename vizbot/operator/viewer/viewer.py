@@ -63,7 +63,7 @@ class Viewer(Closeable):
         self._events = Events()
         self._rate = StepRate()
         self._steps_by_frame: dict[int, tuple[int, float]] = {}
-        self._elements = 0
+        self._newest_shown = -1
         self._intrinsics: Intrinsics | None = None
 
     def close(self) -> None:
@@ -99,7 +99,7 @@ class Viewer(Closeable):
         """Drop what belongs to the map that the run has left: ids and numbers start anew."""
         self._map.clear()
         self._colour_scale, self._filter = ColourScale(), StepFilter(_REST_PERIOD)
-        self._steps_by_frame, self._elements = {}, 0
+        self._steps_by_frame, self._newest_shown = {}, -1
 
     def _set_time(self, index: int, stamp: float) -> None:
         self._recording.set_time("step", sequence=index)
@@ -161,7 +161,9 @@ class Viewer(Closeable):
         if len(self._steps_by_frame) > _REMEMBERED:
             del self._steps_by_frame[next(iter(self._steps_by_frame))]
         self._box(step, np.zeros(0, np.int64))
-        fresh, self._elements = slice(self._elements, len(step.points)), len(step.points)
+        first = int(np.searchsorted(step.frames, self._newest_shown, side="right"))
+        fresh = slice(first, len(step.points))
+        self._newest_shown = int(step.frames.max(initial=self._newest_shown))
         if step.scores is None:
             return
         frames, scores = step.frames[fresh], step.scores.look_up(step.points[fresh])
