@@ -103,7 +103,10 @@ def test_sentences_are_answered_as_documented(http, monkeypatch):
     monkeypatch.setattr(
         "vizbot.operator.session.live_map.LiveMap.places",
         lambda live_map, text: Answer(
-            text, Outcome.LOCATED, 0.3, (FoundPlace((1.0, 2.0, 0.5), 0.4, 7, (0, 0, 64, 64)),)
+            text,
+            Outcome.LOCATED,
+            0.3,
+            (FoundPlace((1.0, 2.0, 0.5), 0.4, 7, (0, 0, 64, 64), "2026-11-29T12:00:00+00:00"),),
         ),
     )
     assert http.post("/said", json={"text": "where is the sofa?"}).json()["place"] == [1.0, 2.0]

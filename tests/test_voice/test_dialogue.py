@@ -1,7 +1,9 @@
 """Sentences, typed and spoken, to a robot that is running."""
 
+import re
 import threading
 from dataclasses import replace
+from datetime import UTC, datetime
 
 import httpx
 import numpy as np
@@ -25,6 +27,8 @@ from vizbot.operator.session.place_answers import Answer, FoundPlace, summary
 from vizbot.operator.voice import recordings
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
+JUST_NOW = datetime.now(UTC).isoformat()
+
 
 def nowhere(live_map, text):
     return Answer(text, Outcome.NOT_FOUND, 0.3, ())
@@ -35,7 +39,12 @@ def dialogue_in(code, session):
 
 
 def at(x, y):
-    return Answer("sofa", Outcome.LOCATED, 0.3, (FoundPlace((x, y, 0.4), 0.5, 3, ()),))
+    return Answer(
+        "sofa",
+        Outcome.LOCATED,
+        0.3,
+        (FoundPlace((x, y, 0.4), 0.5, 3, (), JUST_NOW),),
+    )
 
 
 @pytest.fixture
@@ -532,3 +541,14 @@ def test_a_sentence_that_finds_no_place_to_wait_is_answered_with_429(http, monke
     monkeypatch.setattr(dialogue.Dialogue, "_read", raising(full))
     assert http.post("/said", json={"text": "go to the sofa"}).status_code == 429
     assert http.post("/said", json={"text": "stop"}).status_code == 200
+
+
+@pytest.mark.parametrize(
+    ("code", "said"), [("en", "the robot; last seen 2"), ("de", "dem Roboter; zuletzt gesehen 2")]
+)
+def test_what_was_seen_long_ago_is_said_with_its_time(code, said):
+    answer = at(0.0, 3.0)
+    [place] = answer.places
+    old = replace(place, seen_at="2026-01-02T03:04:05+00:00")
+    line = summary(replace(answer, places=(old,)), planar(0.0, 0.0, 0.0), load_language(code))
+    assert said in line and re.search(r"2026-01-0[123] \d\d:04$", line)

@@ -2,6 +2,7 @@
 
 import threading
 from dataclasses import replace
+from datetime import UTC, datetime
 
 import httpx
 import pytest
@@ -18,6 +19,7 @@ from vizbot.operator.session.place_answers import Answer, FoundPlace
 from vizbot.operator.session.vocabulary import VocabularyUpdater
 from vizbot.operator.voice.intent import ResolvedGoal, Utterance
 
+JUST_NOW = datetime.now(UTC).isoformat()
 DOUBTFUL = ResolvedGoal("so far", "so far", "sofa")
 
 
@@ -80,7 +82,7 @@ def test_of_all_things_one_is_gone_to_and_that_is_said(client, session, capsys):
 
 
 def test_where_something_is_is_looked_up(client, session, capsys, monkeypatch):
-    place = FoundPlace((1.0, -2.0, 0.4), 0.5, 3, ())
+    place = FoundPlace((1.0, -2.0, 0.4), 0.5, 3, (), JUST_NOW)
     monkeypatch.setattr(
         LiveMap, "places", lambda live_map, text: Answer(text, Outcome.LOCATED, 0.3, (place,))
     )

@@ -122,6 +122,7 @@ def query(options: MapQueryOptions) -> None:
     by_paper = config.objectnav.method == "paper"
     if by_paper and isinstance(question, HowMany):
         raise ConfigError(f"--method paper cannot answer {options.text!r}: it counts nothing")
+    from vizbot.operator.session.place_answers import local_time
     from vizbot.operator.session.saved_map import SavedMap
 
     saved = SavedMap(options.folder, config, options.clip)
@@ -145,7 +146,8 @@ def query(options: MapQueryOptions) -> None:
     for place in answer.places:
         x, y, z = place.position
         counts = "" if place.score > answer.threshold else "   does not count"
-        echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   {score} {place.score:.3f}{counts}")
+        seen = local_time(datetime.fromisoformat(place.seen_at))
+        echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   {score} {place.score:.3f}   seen {seen}{counts}")
 
 
 def export(folder: Path, form: str, out: Path, *, force: bool) -> None:

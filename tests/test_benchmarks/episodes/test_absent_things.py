@@ -31,7 +31,13 @@ def test_a_home_is_asked_for_what_it_has_and_for_half_as_many_of_either_that_it_
     at_sofa, elsewhere = transform(small_home, np.array([[2.9, 1.5, 0.4], [0.3, 0.3, 0.4]]))
 
     def find_places(bundle, goal, config):
-        place = FoundPlace(tuple(at_sofa if goal.text == "sofa" else elsewhere), 0.8, 0, ())
+        place = FoundPlace(
+            tuple(at_sofa if goal.text == "sofa" else elsewhere),
+            0.8,
+            0,
+            (),
+            "2026-11-29T12:00:00+00:00",
+        )
         located = Outcome.LOCATED if goal.text in ("sofa", "zebra") else Outcome.NOT_FOUND
         return Answer(goal.text, located, 0.5, (place,))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -263,6 +264,8 @@ class PlaceAnswer(AnswerModel):
     """Number of the frame that saw the place."""
     box: tuple[int, int, int, int]
     """Where in that frame: left, top, right, bottom [px]."""
+    seen_at: datetime
+    """When the place was last seen, UTC."""
 
 
 class PlacesAnswer(AnswerModel):

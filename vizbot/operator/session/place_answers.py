@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
 
 import cv2
 import numpy as np
@@ -26,6 +27,8 @@ from vizbot.perception.sightings import Sightings
 
 _APART = 1.0
 """Places closer to each other are counted as one [m]."""
+_LONG_AGO = timedelta(hours=1)
+"""An answer says when its place was last seen where that was longer ago."""
 _REACH = 1.5
 """Places of one area are at most this far from another one of it [m]."""
 
@@ -40,12 +43,14 @@ class FoundPlace:
             between question and place, -1 to 1.
         frame: Number of the frame that saw it.
         box: Box of the place in that frame: left, top, right, bottom [px].
+        seen_at: When the place was last seen: date and time in UTC, as of ISO 8601.
     """
 
     position: tuple[float, float, float]
     score: float
     frame: int
     box: tuple[int, ...]
+    seen_at: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +77,16 @@ def summary(answer: Answer, T_map_base: SE3 | None, language: Language = ENGLISH
     The pose is None where the robot is lost.
     """
     where = _where(answer, T_map_base, language)
+    if answer.outcome is Outcome.LOCATED:
+        seen_at = datetime.fromisoformat(answer.places[0].seen_at)
+        if datetime.now(UTC) - seen_at > _LONG_AGO:
+            where = language.say("where_then", where=where, when=local_time(seen_at))
     return where + (f" ({answer.note})" if answer.note else "")
+
+
+def local_time(moment: datetime) -> str:
+    """Date and time for people, where they are."""
+    return moment.astimezone().strftime("%Y-%m-%d %H:%M")
 
 
 def _where(answer: Answer, T_map_base: SE3 | None, language: Language) -> str:
@@ -112,8 +126,10 @@ def _most_similar(bundle: MapBundle, goal: Goal) -> list[FoundPlace]:
     """The places of the most similar elements."""
     scores = similarities(bundle.elements.embeddings, goal.embedding)
     sightings = Sightings.from_bundle(bundle, scores)
+    frames = bundle.frames
+    times = frames.times[frames.rows_of(bundle.elements.frames)]
     return [
-        _found(bundle, sightings.points[i], float(scores[i]), i)
+        _found(bundle, sightings.points[i], float(scores[i]), i, float(times[i]))
         for i in sightings.answers()
         if scores[i] > 0.0
     ]
@@ -128,7 +144,10 @@ def _likeliest(bundle: MapBundle, question: Query) -> list[FoundPlace]:
         bundle.elements.embeddings,
         question,
     )
-    return [_found(bundle, each.position, each.probability, each.element) for each in likeliest]
+    return [
+        _found(bundle, each.position, each.probability, each.element, each.seen_at)
+        for each in likeliest
+    ]
 
 
 def belief_in(bundle: MapBundle, question: Query) -> PlaceBelief:
@@ -145,12 +164,14 @@ def belief_in(bundle: MapBundle, question: Query) -> PlaceBelief:
 
 
 def _found(
-    bundle: MapBundle, position: NDArray[np.float64], score: float, element: int
+    bundle: MapBundle, position: NDArray[np.float64], score: float, element: int, time: float
 ) -> FoundPlace:
-    """A place with the picture of the element that shows it."""
+    """A place with the picture of the element that shows it; it was seen last at `time` [s]."""
     x, y, z = (round(float(value), 3) for value in position)
     box = tuple(int(edge) for edge in bundle.elements.boxes[element])
-    return FoundPlace((x, y, z), round(score, 4), int(bundle.elements.frames[element]), box)
+    frame = int(bundle.elements.frames[element])
+    seen_at = datetime.fromtimestamp(time, UTC).isoformat(timespec="seconds")
+    return FoundPlace((x, y, z), round(score, 4), frame, box, seen_at)
 
 
 def count_places(bundle: MapBundle, question: Query, least: float) -> int:
