@@ -17,7 +17,11 @@ from vizbot.core.files import read_regular, write_whole
 from vizbot.core.geometry import from_quat_xyzw, to_quat_xyzw
 from vizbot.core.types import SE3
 
-HEADING = "# timestamp tx ty tz qx qy qz qw\n"
+
+def heading_of(frame: str) -> str:
+    """The first line of a file with the poses of the `camera` or the `base` in `map`."""
+    return f"# of the {frame} in map: timestamp tx ty tz qx qy qz qw\n"
+
 
 _MOST_BYTES = 64 << 20
 """Largest file: some days of frames."""
@@ -30,14 +34,19 @@ _UNIT_TOLERANCE = 1e-3
 
 
 def write_trajectory(
-    path: Path, stamps: NDArray[np.float64], Ts_map_cam: NDArray[np.float64]
+    path: Path,
+    stamps: NDArray[np.float64],
+    Ts_map_frame: NDArray[np.float64],
+    frame: str = "camera",
 ) -> None:
     """Write poses (N, 4, 4) at stamps (N,) [s], with fixed decimals: a run repeats to the byte.
+
+    `frame` is what they are the poses of, which the first line says.
 
     Raises:
         ConfigError: the file cannot be written.
     """
-    lines = [HEADING, *map(pose_line, stamps, Ts_map_cam)]
+    lines = [heading_of(frame), *map(pose_line, stamps, Ts_map_frame)]
     write_whole(path, "".join(lines).encode("ascii"))
 
 

@@ -22,7 +22,7 @@ from mapping.map_bundle import MapBundle
 from mapping.map_folder import is_readable
 from mapping.map_saver import MapSaver
 from mapping.map_snapshot import MapSnapshot
-from mapping.tum import HEADING, pose_line, write_trajectory
+from mapping.tum import heading_of, pose_line, write_trajectory
 from vizbot.config import Config, write_config
 from vizbot.core.errors import ConfigError
 from vizbot.core.files import GrowingFile, require_folder, write_whole
@@ -96,7 +96,7 @@ class Recorder:
             self._release_reserve = weakref.finalize(self, reserve.close)
             os.posix_fallocate(reserve.fileno(), 0, _RESERVE)
             write_config(config, folder / "config.toml")
-            self._poses_file = GrowingFile(folder / "trajectory.tum", HEADING)
+            self._poses_file = GrowingFile(folder / "trajectory.tum", heading_of("camera"))
             self._commands_file = GrowingFile(folder / "commands.csv", _COLUMNS)
         except OSError as error:
             raise _unwritable(folder, error) from error

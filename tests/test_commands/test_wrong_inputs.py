@@ -208,7 +208,7 @@ TABLE = """
     map query home sofa --clip nosuch | 'nosuch' | ViT-B/32
     map query home sofa --method magic | --method magic | 'belief', 'paper'
     map query home sofa --config low.toml | mount.height = -1 | at least 0.1, in metres
-    map export home --format obj --out a.obj | 'obj' | ply or tum
+    map export home --format obj --out a.obj | 'obj' | ply, npz, rrd, nav2, tum
     map export home --format ply | '--out' | --help
     map export home --format ply --out home/a.ply | home/a.ply | outside of it
     map export home --format ply --out no/a.ply | no/a.ply: No such | another file

@@ -44,15 +44,27 @@ def map_query(options: MapQueryOptions) -> None:
 def map_export(
     folder: MapArgument,
     form: Annotated[
-        str, typer.Option("--format", help="Write ply (coloured cloud) or tum (trajectory).")
+        str,
+        typer.Option(
+            "--format",
+            help="Write ply (coloured cloud), npz (elements), rrd (for rerun), nav2 (map.yaml and"
+            " map.pgm) or tum (trajectory).",
+        ),
     ],
-    out: Annotated[Path, typer.Option(help="Write to this file.")],
+    out: Annotated[Path, typer.Option(help="Write to this file, of nav2 into this folder.")],
+    query: Annotated[
+        str | None,
+        typer.Option("--query", help="Give each point of a ply the probability that it is this."),
+    ] = None,
+    frame: Annotated[
+        str, typer.Option("--frame", help="Whose trajectory a tum is: camera or base.")
+    ] = "camera",
     force: Annotated[bool, typer.Option("--force", help="Replace a file that is there.")] = False,
 ) -> None:
     """Export a map for other programs."""
-    from vizbot.commands.map import export
+    from vizbot.commands.map_export import MapExport, export
 
-    export(folder, form, out, force=force)
+    export(MapExport(folder, form, out, query, frame, force))
 
 
 @map_app.command("info", epilog="Example: vizbot map info office")

@@ -16,11 +16,10 @@ import typer
 
 from mapping import map_bundle
 from mapping.clip.fitted.encoder import calibrated
-from mapping.tum import read_trajectory, write_trajectory
+from mapping.tum import read_trajectory
 from vizbot.commands.config.discovery import load_settings
 from vizbot.commands.options import MapBuildOptions, MapQueryOptions
 from vizbot.core.errors import ConfigError
-from vizbot.core.files import require_new
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.operator.language.command import HowMany
 from vizbot.operator.printing import echo, printable
@@ -148,27 +147,6 @@ def query(options: MapQueryOptions) -> None:
         counts = "" if place.score > answer.threshold else "   does not count"
         seen = local_time(datetime.fromisoformat(place.seen_at))
         echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   {score} {place.score:.3f}   seen {seen}{counts}")
-
-
-def export(folder: Path, form: str, out: Path, *, force: bool) -> None:
-    """Write the coloured cloud (`ply`) or final camera trajectory (`tum`); `force` replaces.
-
-    Raises:
-        VizbotError: the map cannot be read, the format is unknown, or the file is there, cannot be
-            written or would lie in a map's folder.
-    """
-    if form not in ("ply", "tum"):
-        raise ConfigError(f"unknown format {form!r}; use ply or tum")
-    map_bundle.require_outside_maps(out)
-    require_new(out, replace=force)
-    bundle = map_bundle.load(find_map(folder))
-    if form == "ply":
-        from mapping.ply import write_ply
-
-        write_ply(out, bundle.cloud_points(), bundle.cloud.rgb)
-    else:
-        write_trajectory(out, bundle.trajectory.stamps, bundle.final_poses())
-    echo(str(out))
 
 
 def describe(folder: Path, as_json: bool) -> None:

@@ -22,7 +22,7 @@ from mapping.clip.places.place_views import PlaceViews, around
 from mapping.clip.places.view_age import NEAR_LOOK
 from mapping.clip.scores import Query
 
-SPEAKS = 0.0
+SPEAKS = 2.0
 """Evidence of a view that speaks for what is asked for [log odds]."""
 ROOM = 21
 """Edge of the square of places whose average says which room this is [places]. In training homes

@@ -56,7 +56,7 @@ class MapLayers:
     def show(self, step: Step, colour_scale: ColourScale) -> None:
         """Send what is new in a step."""
         self._show_elements(step, colour_scale)
-        self._show_grid(step.grid)
+        self.show_grid(step.grid)
         self._show_graph(step)
         self._show_cloud(step)
         self._show_plan(step)
@@ -103,7 +103,8 @@ class MapLayers:
                 rr.AnyValues(score=scores),
             )
 
-    def _show_grid(self, grid: OccupancyGrid) -> None:
+    def show_grid(self, grid: OccupancyGrid) -> None:
+        """Send the obstacle map."""
         (top, left), (bottom, right) = known_cells(grid, 0.0)
         shade = shaded(grid)[top:bottom, left:right]
         if not self._is_new("map/occupancy", shade, 0.0):
