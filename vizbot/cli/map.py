@@ -67,6 +67,17 @@ def map_export(
     export(MapExport(folder, form, out, query, frame, force))
 
 
+@map_app.command("show", epilog="Example: vizbot map show office --out office-map")
+def map_show(
+    folder: MapArgument,
+    out: Annotated[Path, typer.Option(help="Draw into this new folder: a page and map.png.")],
+) -> None:
+    """Draw a map from above, with its rooms."""
+    from vizbot.commands.map import show
+
+    show(folder, out)
+
+
 @map_app.command("info", epilog="Example: vizbot map info office")
 def map_info(folder: MapArgument, as_json: JsonOption = False) -> None:
     """Say what a map holds."""

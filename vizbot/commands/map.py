@@ -19,6 +19,7 @@ from mapping.clip.fitted.encoder import calibrated
 from mapping.tum import read_trajectory
 from vizbot.commands.config.discovery import load_settings
 from vizbot.commands.options import MapBuildOptions, MapQueryOptions
+from vizbot.config import Config
 from vizbot.core.errors import ConfigError
 from vizbot.core.observer import GoalReport, Outcome, Step
 from vizbot.operator.language.command import HowMany
@@ -121,6 +122,12 @@ def query(options: MapQueryOptions) -> None:
     by_paper = config.objectnav.method == "paper"
     if by_paper and isinstance(question, HowMany):
         raise ConfigError(f"--method paper cannot answer {options.text!r}: it counts nothing")
+    if options.out is not None:
+        if by_paper:
+            raise ConfigError("--method paper has no probabilities to draw; leave out --out")
+        from vizbot.operator.report.map_page import require_page_folder
+
+        require_page_folder(options.out)
     from vizbot.operator.session.place_answers import local_time
     from vizbot.operator.session.saved_map import SavedMap
 
@@ -129,6 +136,10 @@ def query(options: MapQueryOptions) -> None:
     notice = saved.encoder.notice
     answer = saved.find(question.goal, BankProgress(saved.encoder.model_id))
     count = saved.count(question.goal) if isinstance(question, HowMany) else None
+    if options.out is not None:
+        from vizbot.operator.report.map_page import write_map_page
+
+        write_map_page(options.out, saved, answer, config.objectnav.answer_probability)
     if options.as_json:
         content = asdict(answer)
         content["candidates"] = content.pop("places")
@@ -147,6 +158,21 @@ def query(options: MapQueryOptions) -> None:
         counts = "" if place.score > answer.threshold else "   does not count"
         seen = local_time(datetime.fromisoformat(place.seen_at))
         echo(f"  {x:7.2f} {y:7.2f} {z:7.2f} m   {score} {place.score:.3f}   seen {seen}{counts}")
+
+
+def show(folder: Path, out: Path) -> None:
+    """Draw a map without a question: a page and `map.png` in the folder `out`.
+
+    Raises:
+        VizbotError: the map or its encoder cannot be read, or the folder is not new or empty.
+    """
+    from vizbot.operator.report.map_page import require_page_folder, write_map_page
+    from vizbot.operator.session.saved_map import SavedMap
+
+    require_page_folder(out)
+    config = Config()
+    write_map_page(out, SavedMap(folder, config), None, config.objectnav.answer_probability)
+    echo(str(out))
 
 
 def describe(folder: Path, as_json: bool) -> None:

@@ -328,4 +328,8 @@ class MapQueryOptions:
     method: MethodOption = None
     language: LanguageOption = LANGUAGE
     config: ConfigOption = None
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", help="Draw the answer: a page and map.png in this new folder."),
+    ] = None
     as_json: JsonOption = False

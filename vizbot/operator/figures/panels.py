@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from mapping.clip.retrieval import best
 from vizbot.core.observer import Step
-from vizbot.core.place_scores import UNSEEN
+from vizbot.core.place_scores import UNSEEN, PlaceScores
 from vizbot.core.types import OccupancyGrid
 from vizbot.operator.figures.colour_scale import painted
 from vizbot.operator.figures.wall_direction import wall_direction
@@ -21,6 +22,8 @@ TILE = (480, 360)
 """Width and height of one picture [px]."""
 LARGE = (960, 720)
 """Those of a map that people may enlarge [px]."""
+PRINTED = (1920, 1440)
+"""Those of a map that is drawn for a page or a paper, before its empty border is cut off [px]."""
 THUMBNAIL = (160, 120)
 """Width and height of the picture of a saved map [px]."""
 NAMES = ("colour", "depth", "obstacle map", "likeness")
@@ -146,6 +149,62 @@ def thumbnail(grid: OccupancyGrid) -> Image:
     return np.asarray(cv2.resize(plan, THUMBNAIL, interpolation=cv2.INTER_AREA), np.uint8)
 
 
+def map_drawing(
+    grid: OccupancyGrid,
+    scores: PlaceScores | None,
+    places_xy: NDArray[np.float64],
+    rooms: Sequence[tuple[str, tuple[float, float]]],
+) -> Image:
+    """A saved map from above, upright along its walls, for a page or a paper.
+
+    Args:
+        grid: The obstacle map with its zones.
+        scores: What the places of the plan are coloured by, 0 to 1; None for the map alone.
+        places_xy: (N, 2) x, y in `map` of places that get the numbers from 1 on [m].
+        rooms: Names of rooms, each with x, y of its middle [m].
+    """
+    view = MapView.of_grid(grid, places_xy, wall_direction(grid) or 0.0, PRINTED)
+    picture, thin = _floor_plan(grid, view), view.stroke
+    if scores is not None:
+        picture = (picture // 2 + 127).astype(np.uint8)
+        _paint(picture, scores, view, 0.0, 1.0)
+    for name, middle in rooms:
+        _write_centred(picture, name, _point(view, np.array(middle)), 0.4 * thin, _DARK)
+    for number, place_xy in enumerate(places_xy, 1):
+        at = _point(view, place_xy)
+        cv2.circle(picture, at, 9 * thin, (255, 255, 255), -1, cv2.LINE_AA)
+        cv2.circle(picture, at, 9 * thin, _DARK, thin, cv2.LINE_AA)
+        _write_centred(picture, str(number), at, 0.4 * thin, _DARK)
+    return _with_scale_bar(_cropped(picture, grid, places_xy, view), view)
+
+
+def _cropped(
+    picture: Image, grid: OccupancyGrid, places_xy: NDArray[np.float64], view: MapView
+) -> Image:
+    """The part of a picture that shows known cells and places, with a margin."""
+    shown = view.pixels(np.vstack([grid.to_xy(_outline(grid)), places_xy]))
+    margin = round(_MARGIN * view.scale)
+    low = np.maximum(shown.min(axis=0) - margin, 0)
+    high = np.minimum(shown.max(axis=0) + margin, view.size)
+    return picture[low[1] : high[1], low[0] : high[0]]
+
+
+def _with_scale_bar(picture: Image, view: MapView) -> Image:
+    """A picture above a bar that is one metre long, or five on a large map."""
+    metres = 1 if view.scale * 5 > picture.shape[1] / 3 else 5
+    thin, length = view.stroke, round(metres * view.scale)
+    foot = np.full((24 * thin, picture.shape[1], 3), 255, np.uint8)
+    middle = 12 * thin
+    ends = ((10 * thin, middle), (10 * thin + length, middle))
+    cv2.line(foot, *ends, _DARK, 2 * thin)
+    for column, _ in ends:
+        cv2.line(foot, (column, middle - 4 * thin), (column, middle + 4 * thin), _DARK, thin)
+    corner = (ends[1][0] + 6 * thin, middle + 4 * thin)
+    font = cv2.FONT_HERSHEY_SIMPLEX
+    cv2.putText(foot, f"{metres} m", corner, font, 0.4 * thin, _DARK, thin // 2, cv2.LINE_AA)
+    return np.vstack([picture, foot])
+
+
 def video_picture(step: Step, track: NDArray[np.float64]) -> Image:
     """The four pictures as one, above what is done and why: a frame of the run's video."""
     a, b, c, d = (_titled(name, picture) for name, picture in panels(step, track).items())
@@ -239,18 +298,23 @@ def _likeness_map(step: Step, view: MapView) -> Image:
     if step.scores is not None and step.best_score is not None:
         scores, values = step.scores, step.scores.values
         low, high = values[values > UNSEEN].min(), max(step.best_score, step.threshold)
-        first_xy = scores.xy(np.zeros(1, np.int64), np.zeros(1, np.int64))[0]
-        drawn = _drawn(values, first_xy, scores.size, view, UNSEEN)
-        shown = drawn > UNSEEN
-        levels = (drawn[shown] - low) / max(high - low, 1e-6)
-        cover = (_LEAST_COVER + (1.0 - _LEAST_COVER) * levels)[:, None]
-        picture[shown] = (cover * painted(levels) + (1.0 - cover) * picture[shown]).astype(np.uint8)
+        _paint(picture, scores, view, float(low), float(high))
         row, column = np.unravel_index(np.argmax(values), values.shape)
         best_xy = scores.xy(np.array([row]), np.array([column]))[0]
         thin = view.stroke
         cv2.circle(picture, _point(view, best_xy), 8 * thin, _DARK, 2 * thin, cv2.LINE_AA)
     _draw_robot(picture, step, view)
     return picture
+
+
+def _paint(picture: Image, scores: PlaceScores, view: MapView, low: float, high: float) -> None:
+    """Colour the places that were seen, from the score `low` to the score `high`."""
+    first_xy = scores.xy(np.zeros(1, np.int64), np.zeros(1, np.int64))[0]
+    drawn = _drawn(scores.values, first_xy, scores.size, view, UNSEEN)
+    shown = drawn > UNSEEN
+    levels = (drawn[shown] - low) / max(high - low, 1e-6)
+    cover = (_LEAST_COVER + (1.0 - _LEAST_COVER) * levels)[:, None]
+    picture[shown] = (cover * painted(levels) + (1.0 - cover) * picture[shown]).astype(np.uint8)
 
 
 def _drawn(
@@ -294,6 +358,17 @@ def _titled(name: str, picture: Image) -> Image:
     titled[:28] = 255
     _write(titled, name, (10, 20), 0.5)
     return titled
+
+
+def _write_centred(
+    picture: Image, text: str, middle: tuple[int, int], size: float, colour: tuple[int, int, int]
+) -> None:
+    """Write a text around a pixel, with a light edge so that it reads on dark ground."""
+    font, width = cv2.FONT_HERSHEY_SIMPLEX, max(1, round(2.5 * size))
+    (across, up), _ = cv2.getTextSize(text, font, size, width)
+    corner = middle[0] - across // 2, middle[1] + up // 2
+    for shade, stroke in (((255, 255, 255), 4 * width), (colour, width)):
+        cv2.putText(picture, text, corner, font, size, shade, stroke, cv2.LINE_AA)
 
 
 def _write(picture: Image, text: str, corner: tuple[int, int], size: float) -> None:
