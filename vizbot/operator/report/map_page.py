@@ -70,7 +70,7 @@ def write_map_page(folder: Path, saved: SavedMap, answer: Answer | None, least: 
         rows = [
             _Row(
                 number,
-                *(round(value, 2) + 0.0 for value in each.position),
+                *_coordinates(each.position),
                 f"{each.score:.0%}",
                 local_time(datetime.fromisoformat(each.seen_at)),
                 each.score > answer.threshold,
@@ -94,6 +94,12 @@ def write_map_page(folder: Path, saved: SavedMap, answer: Answer | None, least: 
     folder.mkdir(parents=True, exist_ok=True)
     write_whole(folder / PICTURE, picture)
     write_whole(folder / PAGE, page.encode())
+
+
+def _coordinates(position: tuple[float, float, float]) -> tuple[float, float, float]:
+    """x, y, z in centimetres, without a sign before nought [m]."""
+    x, y, z = (round(value, 2) + 0.0 for value in position)
+    return x, y, z
 
 
 def _rooms(saved: SavedMap, least: float) -> list[RoomArea]:
