@@ -63,7 +63,7 @@ def with_table(page: str, rows: Path) -> str:
 
 
 def _table(rows: Path) -> str:
-    board, quick = rows / "search", rows / "quick_share"
+    board = rows / "search"
     default = kept_row(board, DEFAULT)
     office = json.loads((rows / "slam/hololens_office/results.json").read_text(encoding="utf-8"))
     offset = kept_row(board, ENCODER_ROWS["offset"])
@@ -80,7 +80,7 @@ def _table(rows: Path) -> str:
         ("the same by the paper's method, with our encoder",
          _beside(default, kept_row(board, PAPER))),
         ("the robot says wrongly that it has arrived", _counted(*wrong_arrivals(board))),
-        ("today's search in homes of development", _navigation(kept_row(quick, DEFAULT))),
+        ("today's search in eight newer homes", _navigation(kept_row(rows / "newer", DEFAULT))),
         ("a third of the goals; with errors in each cosine, as another encoder has",
          f"{_reached(driven_by_both)}; {_reached(offset)}"),
         ("goals reached in four homes that others drew", _navigation(drawn_by_others)),
