@@ -28,7 +28,7 @@ from benchmarks.objectnav import paper_figures
 from mapping import map_bundle
 from mapping.clip.config import ClipMapperConfig
 from mapping.clip.places.likeliest_places import LikelyPlace, belief_of_map, likeliest_places
-from mapping.clip.places.place_rows import PlaceRows
+from mapping.clip.places.place_rows import PlaceMap, PlaceRows
 from mapping.clip.retrieval import similarities
 from mapping.clip.scores import Query
 from mapping.map_bundle import MapBundle
@@ -215,7 +215,7 @@ def _ask(
 def _likeliest(bundle: MapBundle, rows: PlaceRows, question: Query) -> LikelyPlace | None:
     """The most probable place for a question; None where the map shows no place."""
     assert bundle.statistics is not None
-    places = replace(bundle, places=rows).place_map()
+    places = PlaceMap(bundle.intrinsics, rows, bundle.frames)
     poses, embeddings = bundle.keyframes.poses(), bundle.elements.embeddings
     belief = belief_of_map(places, poses, embeddings, bundle.statistics, bundle.pictures, question)
     likeliest = likeliest_places(belief, places, poses, embeddings, question)

@@ -26,6 +26,7 @@ from sim_stubs.scoring.success import judge
 from vizbot.config import Config
 from vizbot.core.observer import Observer, Outcome
 from vizbot.core.simulated_clock import SimulatedClock
+from vizbot.perception.interfaces import PerceptionParts
 from vizbot.pipeline import Pipeline
 from vizbot.rehearsal.config import RehearsalConfig
 from vizbot.rehearsal.rig import Rig
@@ -192,7 +193,8 @@ def run_mission(mission: FaultMission) -> FaultMissionResult:
             rate = RehearsalConfig.read(config).sim_camera.rate
             monitor = FaultMonitor(rig.faulty_base, rig.schedule, clock, 1.0 / rate)
             clock.attach(monitor)
-        pipeline = Pipeline(devices, encoder, config, observers)
+        parts = PerceptionParts(every_pose=True)
+        pipeline = Pipeline(devices, encoder, config, observers, parts)
         goal = pipeline.goal(mission.goal)
         with limit_wall_time(_HUNG):
             outcome, reason, crash = run_to_end(

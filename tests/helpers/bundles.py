@@ -195,7 +195,7 @@ def make_foreign_map(path):
 
 
 def a_full_disk(monkeypatch):
-    monkeypatch.setattr(map_bundle, "_write_through", raising(OSError(28, os.strerror(28))))
+    monkeypatch.setattr(map_bundle, "write_header", raising(OSError(28, os.strerror(28))))
 
 
 def too_large_a_map(monkeypatch):

@@ -89,6 +89,7 @@ KINDS = {
 
 def write_in_turns(connection, write, path):
     """Replace one by the other until killed."""
+    growing_map()  # which takes longer than to save it
     connection.send("begins")
     for seed in itertools.cycle((2, 1)):
         write(seed, path)
@@ -111,6 +112,7 @@ def write_up_to(step, write, path):
 def test_what_is_saved_survives_kills_at_any_time(kind, kills, tmp_path):
     write, assert_whole = KINDS[kind]
     path = tmp_path / "kept"
+    growing_map()
     began = time.monotonic()
     write(1, path)
     length = time.monotonic() - began

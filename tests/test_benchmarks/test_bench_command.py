@@ -225,6 +225,7 @@ HELP = {
     "multi": "--seeds --quick --rows --clip --use --config --out --json --method",
     "retrieval": "--seeds --quick --rows --clip --use --config --out --json --encoder-scale",
     "absent": "--seeds --quick --rows --clip --use --config --out --json --encoder-scale",
+    "moved": "--seeds --quick --rows --clip --use --config --out --json",
     "slam": "--seeds --hours --stride --vocabulary --intrinsics --quick --config --out --json",
     "questions": "--questions --clip --use --config --out --json",
     "encoder": ("--clip --use --seeds --worlds --sequence --questions --families --quick --config"

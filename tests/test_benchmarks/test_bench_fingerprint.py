@@ -141,8 +141,8 @@ def test_a_key_of_named_sources_changes_with_each_of_them(checkout, name):
 
 
 def test_a_key_of_sources_that_are_not_there_is_refused(checkout):
-    with pytest.raises(FileNotFoundError, match=r"no sources at .*benchmarks/moved"):
-        fingerprint.key_of_sources("benchmarks/moved")
+    with pytest.raises(FileNotFoundError, match=r"no sources at .*benchmarks/nothing"):
+        fingerprint.key_of_sources("benchmarks/nothing")
 
 
 KEPT = sorted(path for path in (ROOT / "docs").rglob("*.jsonl") if path.stem != "mutants")

@@ -13,9 +13,10 @@ from benchmarks.episodes.episode import BelievedAnswer
 from benchmarks.episodes.exploration import SCALE_SETS, HomeToAsk
 from benchmarks.objectnav.single_goal import with_scales
 from mapping.clip.places.likeliest_places import LikelyPlace
-from mapping.clip.places.place_rows import PlaceMap
+from mapping.clip.places.place_rows import PlaceRows
 from mapping.clip.scores import Query
 from sim_stubs.scoring.success import GOALS
+from sim_stubs.world.world_plan import D435I_COLOUR
 from tests.helpers.failing import raising
 from vizbot.config import Config
 from vizbot.core.geometry import invert, transform
@@ -61,10 +62,10 @@ def test_an_answer_is_right_where_the_thing_is_and_wrong_elsewhere(text, right, 
             elements=SimpleNamespace(embeddings=np.eye(2, dtype=np.float32)),
             element_points=lambda: points,
         )
-        asked = exploration._OfScales((0,), np.arange(2), PlaceMap().rows, 0.5)
+        asked = exploration._OfScales((0,), np.arange(2), PlaceRows.empty(), 0.5)
         for similar, likely in itertools.product(range(2), range(2)):
             question = Query(np.float32([0.8, 0.6])[[similar, 1 - similar]], None)
-            place = LikelyPlace(points[likely], 0.7, likely)
+            place = LikelyPlace(points[likely], 0.7, likely, 0.0)
             monkeypatch.setattr(exploration, "_likeliest", lambda *_, place=place: place)
             query = exploration._Query(text, question, right)
             answer = exploration._ask(query, asked, bundle, world, T_world_map)
@@ -75,19 +76,22 @@ def test_an_answer_is_right_where_the_thing_is_and_wrong_elsewhere(text, right, 
 
 
 def test_the_answer_is_the_likeliest_place_of_the_map(monkeypatch):
-    places = [LikelyPlace(np.zeros(3), 0.7, 0), LikelyPlace(np.ones(3), 0.2, 1)]
+    places = [LikelyPlace(np.zeros(3), 0.7, 0, 0.0), LikelyPlace(np.ones(3), 0.2, 1, 0.0)]
     keyframes = SimpleNamespace(poses=dict)
     elements = SimpleNamespace(embeddings=None)
-    bundle = SimpleNamespace(statistics=0, pictures=0, keyframes=keyframes, elements=elements)
+    bundle = SimpleNamespace(
+        statistics=0, pictures=0, keyframes=keyframes, elements=elements,
+        intrinsics=D435I_COLOUR, frames=None,
+    )  # fmt: skip
     monkeypatch.setattr(exploration, "belief_of_map", lambda *_: None)
     for found in (places, places[1:], []):
         monkeypatch.setattr(exploration, "likeliest_places", lambda *_, found=found: found)
-        answer = exploration._likeliest(bundle, PlaceMap().rows, None)
+        answer = exploration._likeliest(bundle, PlaceRows.empty(), None)
         assert answer is (found[0] if found else None)
 
 
 def test_with_some_scales_alone_the_views_show_what_these_show():
-    rows = PlaceMap().rows
+    rows = PlaceRows.empty()
     rows = replace(rows, elements=np.array([[10, 20, 30]], np.int32))  # finest to coarsest
     bundle = SimpleNamespace(places=rows)
     config = CONFIG.perception.clip_mapper.model_copy(update={"scales": (1, 0, -1, -2)})
