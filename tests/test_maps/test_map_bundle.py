@@ -17,7 +17,8 @@ from tests.helpers.bundles import (
     names_in,
     random_pose,
 )
-from vizbot.commands.map import describe, export
+from vizbot.commands.map import describe
+from vizbot.commands.map_export import MapExport, export
 from vizbot.core.errors import ConfigError, MapError
 from vizbot.core.geometry import transform
 
@@ -191,7 +192,7 @@ def test_nothing_is_exported_into_a_map(tmp_path, name):
     out = tmp_path / name if name == "link" else tmp_path / "home" / name
     for form in ("ply", "tum"):
         with pytest.raises(MapError, match="give a file outside of it"):
-            export(tmp_path / "home", form, out, force=False)
+            export(MapExport(tmp_path / "home", form, out))
     assert_same(
         load(tmp_path / "home"), replace(bundle_of(), created=load(tmp_path / "home").created)
     )
@@ -200,7 +201,7 @@ def test_nothing_is_exported_into_a_map(tmp_path, name):
 
 def test_a_file_that_cannot_be_written_is_refused_before_the_map_is_read(tmp_path):
     with pytest.raises(ConfigError, match="nowhere"):
-        export(tmp_path / "missing", "ply", tmp_path / "nowhere" / "cloud.ply", force=False)
+        export(MapExport(tmp_path / "missing", "ply", tmp_path / "nowhere" / "cloud.ply"))
 
 
 def test_a_map_answers_only_to_the_encoder_that_made_it():

@@ -73,7 +73,7 @@ class HouseholdBeliefs:
     ) -> Iterator[tuple[str, PlaceBelief]]:
         """Each word that the encoder has a name for, with what is believed of it now."""
         placed = bundle.place_map().placed(bundle.keyframes.poses())
-        if number != self._map or len(placed.places) < len(self._places):
+        if number != self._map:
             self._map, self._questions, self._beliefs = number, {}, {}
         self._places = placed.places
         rooms: dict[bytes, PlaceBelief] = {}
