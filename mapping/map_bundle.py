@@ -25,7 +25,7 @@ from mapping.clip.fitted.calibration import EncoderCalibration
 from mapping.clip.mapped_frames import MappedFrames
 from mapping.clip.mapper import ClipElements
 from mapping.clip.own_encoder import is_class_name
-from mapping.clip.places.place_rows import PlaceMap, PlaceRows
+from mapping.clip.places.place_rows import PlaceMap, PlaceRows, places_of
 from mapping.clip.scores import NO_PICTURES, NO_STATISTICS, Background
 from mapping.keyframes.anchors import (
     Cloud,
@@ -347,9 +347,7 @@ def load(folder: Path) -> MapBundle:
             for group, kind in _GROUPS.items()
         }
         poses = groups["keyframes"].poses()
-        require_places_extent(
-            PlaceMap(header.intrinsics, groups["places"], groups["frames"]).placed(poses).places
-        )
+        require_places_extent(places_of(groups["places"], poses))
         occupancy = arrays["grid.occupancy"]
         require_extent(
             groups["keyframes"].Ts_map_cam,
@@ -408,7 +406,7 @@ def _packed(bundle: MapBundle) -> tuple[MapHeader, dict[str, NDArray[Any]]]:
     arrays = arrays_of(bundle)
     grid = bundle.grid
     require_arrays(arrays)
-    require_places_extent(bundle.place_map().placed(bundle.keyframes.poses()).places)
+    require_places_extent(places_of(bundle.places, bundle.keyframes.poses()))
     require_extent(
         bundle.keyframes.Ts_map_cam, grid.occupancy.shape, grid.resolution, tuple(grid.origin)
     )

@@ -16,7 +16,8 @@ from tests.fuzz.spoilt_maps import spoilt_maps
 from tests.fuzz.trial import Allowed, try_one
 from tests.helpers.bundles import assert_same, bundle_of
 from tests.helpers.scripted_robot import ScriptedBase, wall_pipeline
-from vizbot.commands.map import describe, export
+from vizbot.commands.map import describe
+from vizbot.commands.map_export import MapExport, export
 from vizbot.config import Config
 from vizbot.core.errors import MapError
 from vizbot.objectnav.tasks import Task, goal_of
@@ -26,8 +27,8 @@ from vizbot.operator.session.place_answers import find_places
 def use(folder: Path, bundle) -> None:
     """Describe, export and ask a map, and continue in it from another one."""
     describe(folder, as_json=False)
-    for form in ("ply", "tum"):
-        export(folder, form, folder.with_name(f"export.{form}"), force=True)
+    for form in ("ply", "npz", "tum"):
+        export(MapExport(folder, form, folder.with_name(f"export.{form}"), force=True))
     encoder, config = MeanColours(), Config()
     asked = with_background(bundle, encoder)
     find_places(asked, goal_of(encoder, "red chair"), config.objectnav)

@@ -79,6 +79,7 @@ _VALID = {
     ("places.ranges", "reversed"),
     ("places.shares", "reversed"),
     ("places.spots", "reversed"),
+    ("frames.keyframes", "reversed"),
     ("elements.statistics", "empty"),
     ("elements.pictures", "empty"),
     ("elements.pictures", "shorter"),
@@ -211,7 +212,7 @@ def _wrong_headers() -> Iterator[Spoilt]:
     mirror = np.diag([1.0, 1.0, -1.0, 1.0]).tolist()
     camera = {"width": 640, "height": 480, "fx": 600.0, "fy": 600.0, "cx": 320.0, "cy": 240.0}
     wrong: dict[str, list] = {
-        "schema_version": [1, 2, 3, 4, 6, -3, "3x", None, [[3]], 10**400],
+        "schema_version": [1, 2, 3, 4, 7, -3, "3x", None, [[3]], 10**400],
         "created": ["yesterday", None, 1e300, []],
         "model_id": ["", None, 5, "m" * 100_000, "\ud800"],
         "phrases_id": [5, [], "p" * 1000],

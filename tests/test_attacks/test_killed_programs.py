@@ -116,7 +116,8 @@ def test_a_run_that_is_killed_keeps_its_trajectory_and_commands_until_then(tmp_p
 
         def steps():
             assert program.poll() is None
-            return poses.read_text().count("\n") - 1 if poses.exists() else 0
+            kept = [each.read_text().count("\n") - 1 for each in (poses, commands) if each.exists()]
+            return min(kept, default=0)
 
         wait_for(lambda: steps() >= 3, pause=0.02)
         program.kill()

@@ -127,7 +127,7 @@ def test_the_robot_goes_to_the_yellow_chair_in_nine_of_ten_homes(dry_run):
     assert [result["claimed"] for result in results] == arrived
 
 
-def test_every_frame_of_a_recording_is_mapped_and_then_asked(
+def test_a_recording_is_mapped_to_its_end_and_then_asked(
     dry_run, tmp_path, monkeypatch, mean_colours
 ):
     monkeypatch.setattr("vizbot.commands.open_run.open_encoder", lambda *_: mean_colours)
@@ -156,7 +156,7 @@ def test_every_frame_of_a_recording_is_mapped_and_then_asked(
     assert [goal["outcome"] for goal in result["goals"]] == ["located", "not_found"]
     assert result["simulated_seconds"] is None and result["collisions"] is None
     frames = map_bundle.load(tmp_path / "run" / "map").elements.frames
-    assert np.bincount(frames).tolist() == [25, 25, 25]
+    assert set(np.unique(frames, return_counts=True)[1].tolist()) == {25}, "whole pictures"
     recorded = tmp_path / "run" / "run.rrd"
     assert [row["step"] for row in rows(recorded, "map/robot")] == [0, 1, 2]
     assert at(recorded, "map/elements/0000", 2)["score"] is not None

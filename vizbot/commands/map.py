@@ -128,7 +128,6 @@ def query(options: MapQueryOptions) -> None:
         from vizbot.operator.report.map_page import require_page_folder
 
         require_page_folder(options.out)
-    from vizbot.operator.session.place_answers import local_time
     from vizbot.operator.session.saved_map import SavedMap
 
     saved = SavedMap(options.folder, config, options.clip)
@@ -153,6 +152,8 @@ def query(options: MapQueryOptions) -> None:
     score = "similarity" if by_paper else "probability"
     least = f"a place counts with a {score} above {answer.threshold:.3g}"
     echo(f"{answer.text}: {found if count is None else f'{count} found'} ({least})")
+    from vizbot.operator.session.place_answers import local_time
+
     for place in answer.places:
         x, y, z = place.position
         counts = "" if place.score > answer.threshold else "   does not count"

@@ -208,3 +208,9 @@ def _points(
     """The mean point (M, 3) of each of the chosen rows (M,), in `map` [m]."""
     points, keyframes = rows.points_keyframe[chosen], rows.keyframes[chosen]
     return points_in_map(points, keyframes, keyframe_poses).astype(np.float32)
+
+
+def places_of(rows: PlaceRows, keyframe_poses: Mapping[int, SE3]) -> NDArray[np.int64]:
+    """The place (R, 2) column, row of each row, by T_map_cam of every keyframe."""
+    points = points_in_map(rows.points_keyframe, rows.keyframes, keyframe_poses)
+    return np.floor(points[:, :2] / PLACE).astype(np.int64)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vizbot.core.program.kernels import kernel
 from vizbot.core.types import SE3, Intrinsics
 
 LATER = 300.0
@@ -85,7 +84,11 @@ def age_of_views(
     c = intrinsics
     edges = np.array([[-c.cx, c.width - c.cx], [-c.cy, c.height - c.cy]])
     field = edges / np.array([[c.fx], [c.fy]])
-    _mark_looked_twice(order, starts, points, ranges, frame_of, Ts_map_cam, times, field, doubted)
+    from mapping.clip.places.later_looks import mark_looked_twice  # loads numba
+
+    mark_looked_twice(
+        order, starts, points, ranges, frame_of, Ts_map_cam, times, field, doubted, LATER, NEAR_LOOK
+    )
     return ViewAge(_retaken(frame_of, Ts_map_cam, times)[frame_of], doubted)
 
 
@@ -100,50 +103,3 @@ def _retaken(
     retaken = np.zeros(len(times), np.bool_)
     retaken[shows] = times[shows] + LATER <= last[view.ravel()]
     return retaken
-
-
-@kernel(
-    "void(i8[::1], i8[::1], f4[:,::1], f4[::1], i8[::1], f8[:,:,::1], f8[::1], f8[:,::1], b1[::1])"
-)
-def _mark_looked_twice(
-    order: NDArray[np.int64],
-    starts: NDArray[np.int64],
-    points: NDArray[np.float32],
-    ranges: NDArray[np.float32],
-    frame_of: NDArray[np.int64],
-    Ts_map_cam: NDArray[np.float64],
-    times: NDArray[np.float64],
-    field: NDArray[np.float64],
-    doubted: NDArray[np.bool_],
-) -> None:
-    """Mark the rows at whose point two later frames looked from near.
-
-    `order` (R,) sorts the rows by place, `starts` says where each place begins in it and where the
-    last one ends; `field` (2, 2) is the camera's view: least and most x / z, and y / z.
-    """
-    for place in range(len(starts) - 1):
-        for i in order[starts[place] : starts[place + 1]]:
-            looks, before = 0, -1
-            for k in range(starts[place + 1] - 1, starts[place] - 1, -1):
-                j = order[k]
-                frame = frame_of[j]
-                if times[frame] < times[frame_of[i]] + LATER:
-                    break
-                if ranges[j] > NEAR_LOOK or frame == before:
-                    continue
-                T = Ts_map_cam[frame]
-                x, y, z = 0.0, 0.0, 0.0
-                for axis in range(3):
-                    off = points[i, axis] - T[axis, 3]
-                    x += T[axis, 0] * off
-                    y += T[axis, 1] * off
-                    z += T[axis, 2] * off
-                if (
-                    z > 0.0
-                    and field[0, 0] * z <= x <= field[0, 1] * z
-                    and field[1, 0] * z <= y <= field[1, 1] * z
-                ):
-                    looks, before = looks + 1, frame
-                    if looks == 2:
-                        doubted[i] = True
-                        break
