@@ -158,7 +158,8 @@ def test_a_recording_is_mapped_to_its_end_and_then_asked(
     frames = map_bundle.load(tmp_path / "run" / "map").elements.frames
     assert set(np.unique(frames, return_counts=True)[1].tolist()) == {25}, "whole pictures"
     recorded = tmp_path / "run" / "run.rrd"
-    assert [row["step"] for row in rows(recorded, "map/robot")] == [0, 1, 2]
+    shown = [row["step"] for row in rows(recorded, "map/robot")]
+    assert shown[0] == 0 and set(shown) <= {0, 1, 2}, "a step without news is left out"
     assert at(recorded, "map/elements/0000", 2)["score"] is not None
     assert "yellow chair: 1, probability" in rows(recorded, "map/answers")[0]["Points3D:labels"][0]
     assert 'alt="what place 1 was found in"' in (tmp_path / "run" / "report.html").read_text()
